@@ -1,0 +1,41 @@
+# Each target sets up all it needs: Python 3.10 or newer, make and the package index.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+
+.DEFAULT_GOAL := help
+.PHONY: help run test build bench lock clean
+
+help:   ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+
+run: build   ## build the FMUs and run the published planting cycle
+	$(BIN)/python -m scenarios.paper_cycle
+
+test: build   ## build the FMUs and run every test
+	$(BIN)/python -m pytest
+
+build: $(VENV)/ready   ## build the FMUs into build/
+	$(BIN)/linkage-fmu build
+
+bench: build   ## measure what one communication step costs
+	$(BIN)/python -m scenarios.step_cost
+
+# The environment: locked packages with hashes, then this project in place.
+$(VENV)/ready: requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed; set PYTHON=")'
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+lock:   ## resolve the dependencies anew into requirements.lock
+	$(PYTHON) -m venv $(VENV)-lock
+	$(VENV)-lock/bin/python -m pip install --quiet uv
+	$(VENV)-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
+	    --group dev --custom-compile-command 'make lock' --upgrade --output-file requirements.lock pyproject.toml
+	rm -rf $(VENV)-lock
+
+clean:   ## delete what was produced, and the environment
+	git clean -dfxq build $(VENV)
