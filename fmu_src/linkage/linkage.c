@@ -1,0 +1,230 @@
+#include "linkage.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static const double QUARTER_TURN = 1.57079632679489661923;
+
+/* ---- the plane ------------------------------------------------------------------------- */
+
+static inline Vector plus(Vector a, Vector b) { return (Vector){a.x + b.x, a.y + b.y}; }
+static inline Vector minus(Vector a, Vector b) { return (Vector){a.x - b.x, a.y - b.y}; }
+static inline Vector scaled(double s, Vector a) { return (Vector){s * a.x, s * a.y}; }
+static inline double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y; }
+
+/* a b, the product of complex numbers: a turned and stretched by b. */
+static inline Vector turned(Vector a, Vector b) {
+    return (Vector){a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
+}
+
+static inline Vector direction(double angle) { return (Vector){cos(angle), sin(angle)}; }
+
+/* The n-th derivative of a e(-phi) is (-i)^n a e(-phi). */
+static inline Vector clockwise_derivative(int n, Vector a) {
+    switch (n & 3) {
+    case 0: return a;
+    case 1: return (Vector){a.y, -a.x};
+    case 2: return (Vector){-a.x, -a.y};
+    default: return (Vector){-a.y, a.x};
+    }
+}
+
+/* ---- exact sums and products (Dekker 1971, doi:10.1007/BF01397083) --------------------- */
+
+/* high + low = (a + b)^2 to twice the working precision. */
+static void square_of_sum(double a, double b, double *high, double *low) {
+    /* the sum and its rounding error */
+    double sum = a + b;
+    double from_b = sum - a;
+    double sum_error = (a - (sum - from_b)) + (b - from_b);
+    /* 2^27 + 1 splits 53 bits into 26 + 26, whose products are exact */
+    double split = 134217729.0 * sum;
+    double head = split - (split - sum), tail = sum - head;
+    *high = sum * sum;
+    *low = ((head * head - *high) + 2.0 * head * tail) + tail * tail + 2.0 * sum * sum_error;
+}
+
+/* ---- dyads ----------------------------------------------------------------------------- */
+
+static void prepare_sides(double first, double second, LinkageSides *sides) {
+    square_of_sum(first, second, &sides->sum_squared, &sides->sum_squared_low);
+    square_of_sum(first, -second, &sides->difference_squared, &sides->difference_squared_low);
+    sides->squares_difference = (first - second) * (first + second);
+    sides->first_squared = first * first;
+    sides->second_squared = second * second;
+    sides->reciprocal_product = 1.0 / (first * second);
+}
+
+/* Closes a dyad over its base, joint on the right; false where it cannot, or at a dead point.
+ * 16 area^2 = ((first+second)^2 - base^2) (base^2 - (first-second)^2): the factored form of
+ * Heron's formula, whose differences are rounded in base^2 alone. */
+static inline int close_dyad(const LinkageSides *sides, Vector base, LinkageDyad *dyad) {
+    double base_squared = dot(base, base);
+    double stretch = (sides->sum_squared - base_squared) + sides->sum_squared_low;
+    double fold = (base_squared - sides->difference_squared) - sides->difference_squared_low;
+    if (!(stretch > 0.0 && fold > 0.0))
+        return 0;
+    double four_areas = sqrt(stretch * fold);
+    double half_reciprocal = 0.5 / base_squared;
+    double height = four_areas * half_reciprocal; /* over the length of the base */
+    double along_first = (sides->squares_difference + base_squared) * half_reciprocal;
+    double along_second = (sides->squares_difference - base_squared) * half_reciprocal;
+    Vector across = {height * base.y, -height * base.x};
+    dyad->first = plus(scaled(along_first, base), across);
+    dyad->second = plus(scaled(along_second, base), across);
+    dyad->determinant = -0.5 * four_areas;
+    return 1;
+}
+
+/* By how much the base is too long (positive) or too short (negative) for the two links. */
+static double dyad_gap(const LinkageSides *sides, Vector base) {
+    double length = hypot(base.x, base.y);
+    double stretched = sqrt(sides->sum_squared), folded = sqrt(sides->difference_squared);
+    return length >= 0.5 * (stretched + folded) ? length - stretched : length - folded;
+}
+
+/* A link z of rates rate[] has z^(n) = (known + i rate[n]) z; `known` follows from lower orders
+ * (Faa di Bruno's formula for e(angle)). At order 1 it is zero, at order 2 real: n is constant
+ * where these functions are inlined, so that nothing is spent on those zeros. */
+static inline Vector known_part(int n, const double *rate) {
+    double w = rate[1];
+    switch (n) {
+    case 1: return (Vector){0.0, 0.0};
+    case 2: return (Vector){-w * w, 0.0};
+    case 3: return (Vector){-3.0 * w * rate[2], -w * w * w};
+    default:
+        return (Vector){w * w * w * w - 4.0 * w * rate[3] - 3.0 * rate[2] * rate[2],
+                        -6.0 * w * w * rate[2]};
+    }
+}
+
+static inline Vector times_known(int n, Vector known, Vector z) {
+    return n <= 2 ? scaled(known.x, z) : turned(known, z);
+}
+
+/* The n-th derivative of z. */
+static inline Vector link_derivative(int n, const double *rate, Vector z) {
+    Vector across = {-rate[n] * z.y, rate[n] * z.x};
+    return n == 1 ? across : plus(times_known(n, known_part(n, rate), z), across);
+}
+
+/* The n-th derivative of base + second = first, times first and times second: a 2x2 system
+ * with the same determinant at every order. Each function solves for one of the two rates. */
+static inline void solve_first_rate(int n, const LinkageSides *sides, Vector base_derivative,
+                                    LinkageDyad *dyad) {
+    double moment = dot(dyad->second, base_derivative);
+    if (n > 1) {
+        Vector known_first = known_part(n, dyad->first_rate);
+        Vector known_second = known_part(n, dyad->second_rate);
+        Vector rest = minus(base_derivative, times_known(n, known_first, dyad->first));
+        moment = dot(dyad->second, rest) + known_second.x * sides->second_squared;
+    }
+    dyad->first_rate[n] = moment * dyad->reciprocal_determinant;
+}
+
+static inline void solve_second_rate(int n, const LinkageSides *sides, Vector base_derivative,
+                                     LinkageDyad *dyad) {
+    double moment = dot(dyad->first, base_derivative);
+    if (n > 1) {
+        Vector known_first = known_part(n, dyad->first_rate);
+        Vector known_second = known_part(n, dyad->second_rate);
+        Vector rest = plus(base_derivative, times_known(n, known_second, dyad->second));
+        moment = dot(dyad->first, rest) - known_first.x * sides->first_squared;
+    }
+    dyad->second_rate[n] = moment * dyad->reciprocal_determinant;
+}
+
+/* ---- the linkage ----------------------------------------------------------------------- */
+
+void linkage_prepare(const LinkageGeometry *g, Linkage *linkage) {
+    Vector crank_oa = scaled(g->L1, direction(g->phi1));
+    linkage->crank_cd = scaled(g->L4, direction(g->phi4));
+    linkage->base_ad = minus(linkage->crank_cd, crank_oa);
+    linkage->pivot_c = (Vector){g->XC, g->YC};
+    linkage->pivot_cg = (Vector){g->XG - g->XC, g->YG - g->YC};
+    linkage->arm = scaled(g->L5 / g->L3, direction(-g->theta3));
+    /* e(theta8 + theta9) as a product: the sum of the angles would be rounded once more */
+    Vector axis_hi = direction(g->theta8);
+    Vector axis_ij = turned(axis_hi, direction(g->theta9));
+    Vector tool = plus(scaled(g->L8 / g->L6, axis_hi), scaled(g->L9 / g->L6, axis_ij));
+    linkage->nozzle = (Vector){0.5 - tool.x, -tool.y};
+    linkage->nozzle_axis = (Vector){-axis_ij.x, -axis_ij.y};
+    prepare_sides(g->L2, g->L3, &linkage->abd);
+    prepare_sides(g->L6, g->L7, &linkage->efg);
+}
+
+LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose, double *gap) {
+    Vector clockwise = {cos(phi), -sin(phi)};
+    pose->order = -1;
+    pose->crank_cd = turned(linkage->crank_cd, clockwise);
+    pose->base_turning = turned(linkage->base_ad, clockwise);
+
+    Vector base = plus(linkage->pivot_c, pose->base_turning); /* A->D */
+    if (!close_dyad(&linkage->abd, base, &pose->abd)) {
+        if (gap != NULL)
+            *gap = dyad_gap(&linkage->abd, base);
+        return LINKAGE_ABD_OPEN;
+    }
+    pose->arm = turned(linkage->arm, pose->abd.second);
+    pose->joint_e[0] = plus(pose->crank_cd, pose->arm);
+
+    base = minus(linkage->pivot_cg, pose->joint_e[0]); /* E->G */
+    if (!close_dyad(&linkage->efg, base, &pose->efg)) {
+        if (gap != NULL)
+            *gap = dyad_gap(&linkage->efg, base);
+        return LINKAGE_EFG_OPEN;
+    }
+    pose->nozzle = turned(linkage->nozzle, pose->efg.first);
+    pose->tip[0] = plus(linkage->pivot_c, plus(pose->joint_e[0], pose->nozzle));
+    pose->order = 0;
+    return LINKAGE_CLOSED;
+}
+
+/* Derivative n from all lower ones. Links AB and GF carry nothing further: their rates of
+ * order n - 1 are needed, and computed, only now. */
+static inline void differentiate_once(int n, const Linkage *linkage, LinkagePose *pose) {
+    LinkageDyad *abd = &pose->abd, *efg = &pose->efg;
+    if (n == 1) {
+        abd->reciprocal_determinant = 1.0 / abd->determinant;
+        efg->reciprocal_determinant = 1.0 / efg->determinant;
+    } else {
+        solve_first_rate(n - 1, &linkage->abd, clockwise_derivative(n - 1, pose->base_turning), abd);
+        solve_second_rate(n - 1, &linkage->efg, scaled(-1.0, pose->joint_e[n - 1]), efg);
+    }
+    solve_second_rate(n, &linkage->abd, clockwise_derivative(n, pose->base_turning), abd);
+    pose->joint_e[n] = plus(clockwise_derivative(n, pose->crank_cd),
+                            link_derivative(n, abd->second_rate, pose->arm));
+    solve_first_rate(n, &linkage->efg, scaled(-1.0, pose->joint_e[n]), efg);
+    pose->tip[n] = plus(pose->joint_e[n], link_derivative(n, efg->first_rate, pose->nozzle));
+    pose->order = n;
+}
+
+void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order) {
+    /* constant orders, so that the compiler drops what is zero at each */
+    if (pose->order < 1 && order >= 1)
+        differentiate_once(1, linkage, pose);
+    if (pose->order < 2 && order >= 2)
+        differentiate_once(2, linkage, pose);
+    if (pose->order < 3 && order >= 3)
+        differentiate_once(3, linkage, pose);
+    if (pose->order < 4 && order >= 4)
+        differentiate_once(4, linkage, pose);
+}
+
+double linkage_nozzle_angle(const Linkage *linkage, const LinkagePose *pose) {
+    Vector axis = turned(linkage->nozzle_axis, pose->efg.first);
+    /* i axis is forward where axis points straight down */
+    return atan2(axis.x, -axis.y) - QUARTER_TURN;
+}
+
+double linkage_transmission(const LinkageSides *sides, const LinkageDyad *dyad, int order) {
+    double sine = -dyad->determinant * sides->reciprocal_product;
+    if (order == 0)
+        return sine;
+    /* the angle between the links grows by the difference of their rates */
+    double cosine = dot(dyad->first, dyad->second) * sides->reciprocal_product;
+    double rate = dyad->second_rate[1] - dyad->first_rate[1];
+    if (order == 1)
+        return -cosine * rate;
+    return -cosine * (dyad->second_rate[2] - dyad->first_rate[2]) - sine * rate * rate;
+}
