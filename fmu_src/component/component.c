@@ -1,0 +1,413 @@
+#include "component.h"
+
+#include "message.h"
+#include "outputs.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A host's time may be off the end of the last step by its own rounding: i*h against a sum, or
+ * a clock that counts nanoseconds. */
+static const double TIME_TOLERANCE_STEPS = 1e-6;      /* of the step */
+static const double TIME_TOLERANCE_ULPS = 16 * 2.22e-16; /* of the time */
+
+/* ---- modes ------------------------------------------------------------------------------ */
+
+/* Until the first step, outputs belong to the inputs as set. */
+static bool has_stepped(const Component *c) { return c->state.progress.last_step > 0.0; }
+
+static Signal signal(const Component *c, uint32_t reference) {
+    uint32_t input = reference - INTERFACE_FIRST_INPUT;
+    const double *derivative = c->state.input_derivative[input];
+    return (Signal){
+        .value = c->state.real[reference],
+        .derivative = {derivative[0], derivative[1]},
+        .derivatives = c->state.input_derivatives[input],
+    };
+}
+
+static CrankInput crank_input(const Component *c) {
+    return (CrankInput){
+        .phi = signal(c, VARIABLE_CRANK_PHI),
+        .w = signal(c, VARIABLE_CRANK_W),
+        .a = signal(c, VARIABLE_CRANK_A),
+        .at_step_end = c->state.at_step_end != 0,
+    };
+}
+
+/* The force on the tip, and its derivatives, `ahead` seconds after the inputs' instant. */
+static void set_force(Component *c, double ahead) {
+    static const uint32_t references[2] = {VARIABLE_TIP_FX, VARIABLE_TIP_FY};
+    for (int axis = 0; axis < 2; ++axis) {
+        Signal f = signal(c, references[axis]);
+        double(*force)[2] = c->state.progress.force;
+        force[0][axis] = f.value + ahead * (f.derivative[0] + ahead * (0.5 * f.derivative[1]));
+        force[1][axis] = f.derivative[0] + ahead * f.derivative[1];
+        force[2][axis] = f.derivative[1];
+    }
+}
+
+/* The motions at the start: the inputs as they are. */
+static void follow_inputs(Component *c) {
+    double *real = c->state.real;
+    ComponentProgress *progress = &c->state.progress;
+    progress->crank.end = (CrankMotion){real[VARIABLE_CRANK_PHI], real[VARIABLE_CRANK_W],
+                                        real[VARIABLE_CRANK_A], 0.0};
+    travel_start(&progress->travel, real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V]);
+    set_force(c, 0.0);
+    real[VARIABLE_TIME] = progress->time;
+    c->pose.order = -1;
+    c->fresh = 0;
+}
+
+void component_reset(Component *c) {
+    memset(c, 0, sizeof *c);
+    for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
+        c->state.real[i] = interface_variables[i].start;
+    c->state.at_step_end = interface_variables[VARIABLE_CRANK_AT_STEP_END].start != 0.0;
+    c->state.mode = MODE_INSTANTIATED;
+    follow_inputs(c);
+}
+
+ComponentStatus component_set_experiment(Component *c, double start, bool stop_is_set,
+                                         double stop) {
+    if (!isfinite(start) || (stop_is_set && !(stop >= start))) {
+        message_write(c->message, sizeof c->message,
+                      "start time %g s, stop time %g s: must be finite and in this order", start,
+                      stop);
+        return COMPONENT_ERROR;
+    }
+    c->state.progress.time = c->state.real[VARIABLE_TIME] = start;
+    c->state.stop_is_set = stop_is_set;
+    c->state.stop = stop_is_set ? stop : 0.0;
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_enter_initialization(Component *c) {
+    c->state.mode = MODE_INITIALIZATION;
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_exit_initialization(Component *c) {
+    if (outputs_solve(c, 0) != COMPONENT_OK)
+        return COMPONENT_ERROR;
+    if (c->state.at_step_end) {
+        /* the first step brings the sample of its end, so this one counts */
+        CrankInput input = crank_input(c);
+        ComponentProgress *progress = &c->state.progress;
+        crank_start(&progress->crank, &input);
+        samples_start(&progress->travel.v, c->state.real[VARIABLE_MACHINE_V]);
+    }
+    c->state.mode = MODE_STEP;
+    return COMPONENT_OK;
+}
+
+void component_terminate(Component *c) { c->state.mode = MODE_TERMINATED; }
+
+/* ---- values ----------------------------------------------------------------------------- */
+
+static ComponentStatus refuse_reference(Component *c, uint32_t reference, const char *demand) {
+    if (reference < 1 || reference > INTERFACE_COUNT)
+        message_write(c->message, sizeof c->message,
+                      "value reference %u: unknown, the last one is %u", reference,
+                      (unsigned)INTERFACE_COUNT);
+    else
+        message_write(c->message, sizeof c->message, "%s (value reference %u): %s",
+                      interface_variables[reference].name, reference, demand);
+    return COMPONENT_ERROR;
+}
+
+static ComponentStatus refuse_value(Component *c, uint32_t reference, double value) {
+    message_write(c->message, sizeof c->message, "%s = %g: must be a finite number",
+                  interface_variables[reference].name, value);
+    return COMPONENT_ERROR;
+}
+
+static bool is_known(uint32_t reference) { return reference - 1 < INTERFACE_COUNT; }
+
+static bool is_of_type(uint32_t reference, bool boolean) {
+    return is_known(reference) && (interface_variables[reference].is_boolean != 0) == boolean;
+}
+
+static bool is_settable(const Component *c, uint32_t reference) {
+    switch ((InterfaceAccess)interface_variables[reference].access) {
+    case ACCESS_INPUT: return true;
+    case ACCESS_BEFORE_START:
+        return c->state.mode == MODE_INSTANTIATED || c->state.mode == MODE_INITIALIZATION;
+    default: return false;
+    }
+}
+
+static ComponentStatus refuse_setting(Component *c, uint32_t reference) {
+    return refuse_reference(c, reference,
+                            interface_variables[reference].access == ACCESS_READ_ONLY
+                                ? "cannot be set"
+                                : "can be set until the end of initialization only");
+}
+
+ComponentStatus component_get_real(Component *c, const uint32_t reference[], size_t count,
+                                   double value[]) {
+    uint32_t wanted = EVALUATION_NONE;
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_of_type(reference[i], false))
+            return refuse_reference(c, reference[i], "is a Boolean, not a real");
+        wanted |= interface_variables[reference[i]].evaluation;
+    }
+    wanted &= ~c->fresh;
+    if (wanted) {
+        ComponentStatus status = outputs_evaluate(c, wanted);
+        if (status != COMPONENT_OK)
+            return status;
+    }
+    for (size_t i = 0; i < count; ++i)
+        value[i] = c->state.real[reference[i]];
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_set_real(Component *c, const uint32_t reference[], size_t count,
+                                   const double value[]) {
+    bool geometry_changes = false;
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_of_type(reference[i], false))
+            return refuse_reference(c, reference[i], "is a Boolean, not a real");
+        if (!is_settable(c, reference[i]))
+            return refuse_setting(c, reference[i]);
+        if (!isfinite(value[i]))
+            return refuse_value(c, reference[i], value[i]);
+        geometry_changes |= interface_variables[reference[i]].access == ACCESS_BEFORE_START;
+    }
+    for (size_t i = 0; i < count; ++i)
+        c->state.real[reference[i]] = value[i];
+    if (geometry_changes)
+        c->linkage_is_ready = 0;
+    if (!has_stepped(c))
+        follow_inputs(c);
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_get_boolean(Component *c, const uint32_t reference[], size_t count,
+                                      int value[]) {
+    for (size_t i = 0; i < count; ++i)
+        if (!is_of_type(reference[i], true))
+            return refuse_reference(c, reference[i], "is a real, not a Boolean");
+    for (size_t i = 0; i < count; ++i) /* crank.at_step_end is the only one */
+        value[i] = c->state.at_step_end != 0;
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], size_t count,
+                                      const int value[]) {
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_of_type(reference[i], true))
+            return refuse_reference(c, reference[i], "is a real, not a Boolean");
+        if (!is_settable(c, reference[i]))
+            return refuse_setting(c, reference[i]);
+    }
+    for (size_t i = 0; i < count; ++i)
+        c->state.at_step_end = value[i] != 0;
+    return COMPONENT_OK;
+}
+
+/* ---- derivatives ------------------------------------------------------------------------ */
+
+static ComponentStatus refuse_order(Component *c, uint32_t reference, int32_t order) {
+    message_write(c->message, sizeof c->message, "%s: derivative of order %g; orders 1 and 2 exist",
+                  interface_variables[reference].name, (double)order);
+    return COMPONENT_ERROR;
+}
+
+static bool has_order(int32_t order) { return order >= 1 && order <= COMPONENT_MAX_DERIVATIVE; }
+
+static bool is_input(uint32_t reference) {
+    return is_known(reference) && interface_variables[reference].access == ACCESS_INPUT;
+}
+
+static bool is_output(uint32_t reference) {
+    return is_known(reference) && interface_variables[reference].is_output;
+}
+
+ComponentStatus component_set_input_derivatives(Component *c, const uint32_t reference[],
+                                                size_t count, const int32_t order[],
+                                                const double value[]) {
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_input(reference[i]))
+            return refuse_reference(c, reference[i], "is no input");
+        if (!has_order(order[i]))
+            return refuse_order(c, reference[i], order[i]);
+        if (!isfinite(value[i]))
+            return refuse_value(c, reference[i], value[i]);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t input = reference[i] - INTERFACE_FIRST_INPUT;
+        c->state.input_derivative[input][order[i] - 1] = value[i];
+        if (c->state.input_derivatives[input] < order[i])
+            c->state.input_derivatives[input] = order[i];
+    }
+    if (!has_stepped(c))
+        set_force(c, 0.0);
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_get_output_derivatives(Component *c, const uint32_t reference[],
+                                                 size_t count, const int32_t order[],
+                                                 double value[]) {
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_output(reference[i]))
+            return refuse_reference(c, reference[i], "is no output");
+        if (!has_order(order[i]))
+            return refuse_order(c, reference[i], order[i]);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        ComponentStatus status = outputs_time_derivative(c, reference[i], order[i], &value[i]);
+        if (status != COMPONENT_OK)
+            return status;
+    }
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_get_directional_derivative(Component *c, const uint32_t unknown[],
+                                                     size_t unknown_count, const uint32_t known[],
+                                                     size_t known_count, const double seed[],
+                                                     double sensitivity[]) {
+    for (size_t i = 0; i < unknown_count; ++i)
+        if (!is_output(unknown[i]))
+            return refuse_reference(c, unknown[i], "is no output: no derivative of it");
+    for (size_t k = 0; k < known_count; ++k)
+        if (!is_input(known[k]))
+            return refuse_reference(c, known[k], "is no input: no derivative by it");
+    for (size_t i = 0; i < unknown_count; ++i) {
+        double sum = 0.0;
+        for (size_t k = 0; k < known_count; ++k) {
+            double partial;
+            ComponentStatus status = outputs_partial_derivative(c, unknown[i], known[k], &partial);
+            if (status != COMPONENT_OK)
+                return status;
+            sum += partial * seed[k];
+        }
+        sensitivity[i] = sum;
+    }
+    return COMPONENT_OK;
+}
+
+/* ---- the communication step ---------------------------------------------------------------- */
+
+static ComponentStatus check_step(Component *c, double time, double step) {
+    double expected = c->state.progress.time;
+    double tolerance = TIME_TOLERANCE_STEPS * step + TIME_TOLERANCE_ULPS * fabs(expected);
+    if (!(step > 0.0) || !isfinite(step)) {
+        message_write(c->message, sizeof c->message,
+                      "communication step size %g s: must be positive and finite", step);
+        return COMPONENT_ERROR;
+    }
+    if (!(fabs(time - expected) <= tolerance)) {
+        message_write(c->message, sizeof c->message,
+                      "communication point %g s: the last step ended at %g s, %g s off", time,
+                      expected, fabs(time - expected));
+        return COMPONENT_ERROR;
+    }
+    if (c->state.stop_is_set && !(time + step <= c->state.stop + tolerance)) {
+        message_write(c->message, sizeof c->message,
+                      "a step from %g s to %g s: goes %g s beyond the stop time", time,
+                      time + step, time + step - c->state.stop);
+        return COMPONENT_ERROR;
+    }
+    return COMPONENT_OK;
+}
+
+/* Undoes a step whose crank angle cannot be had: Discard at first, Error when it is tried again
+ * as it was. */
+static ComponentStatus refuse_step(Component *c, const ComponentProgress *before, double time,
+                                   double step, LinkageClosure closure, double gap) {
+    double phi = c->state.progress.crank.end.phi;
+    outputs_explain_gap(c, closure, phi, gap);
+    bool again = c->step_was_refused && c->refused_time == time && c->refused_step == step
+                 && c->refused_phi == phi;
+    if (again) {
+        size_t length = strlen(c->message);
+        message_write(c->message + length, sizeof c->message - length,
+                      "; the same step was discarded before");
+    }
+    c->state.progress = *before;
+    c->state.mode = MODE_STEP_REFUSED;
+    c->pose.order = -1;
+    c->fresh = EVALUATION_NONE;
+    c->step_was_refused = true;
+    c->refused_time = time;
+    c->refused_step = step;
+    c->refused_phi = phi;
+    return again ? COMPONENT_ERROR : COMPONENT_DISCARD;
+}
+
+static void explain_news(Component *c, int noticed, double from, double to, double time) {
+    message_write(c->message, sizeof c->message,
+                  noticed & CRANK_RESTARTED
+                      ? "crank.phi jumps from %g rad to %g rad at %g s: its history restarts"
+                      : "crank.phi goes from %g rad to %g rad at %g s: taken as continuing over "
+                        "whole turns",
+                  from, to, time);
+}
+
+ComponentStatus component_do_step(Component *c, double time, double step) {
+    ComponentStatus status = check_step(c, time, step);
+    if (status == COMPONENT_OK)
+        status = outputs_prepare(c);
+    if (status != COMPONENT_OK)
+        return status;
+
+    ComponentProgress before = c->state.progress;
+    ComponentProgress *progress = &c->state.progress;
+    CrankInput crank = crank_input(c);
+    Signal speed = signal(c, VARIABLE_MACHINE_V);
+    /* the time since the last sample: samples belong to the starts of steps, or to their ends */
+    double gap = crank.at_step_end ? step : progress->last_step;
+    if (gap > 0.0)
+        sample_times_add(&progress->times, gap);
+    int noticed = crank_advance(&progress->crank, &progress->times, &crank, step);
+    travel_advance(&progress->travel, &progress->times, &speed, crank.at_step_end, step);
+    set_force(c, crank.at_step_end ? 0.0 : step);
+    progress->last_step = step;
+    progress->time = time + step;
+
+    CrankMotion end = progress->crank.end;
+    MachineMotion machine = progress->travel.end;
+    if (!isfinite(end.phi) || !isfinite(end.w) || !isfinite(end.a) || !isfinite(machine.s)) {
+        message_write(c->message, sizeof c->message,
+                      "a step of %g s ends at crank.phi = %g rad, machine.s = %g m: beyond all "
+                      "numbers",
+                      step, end.phi, machine.s);
+        c->state.progress = before;
+        return COMPONENT_ERROR;
+    }
+    double open_by;
+    LinkageClosure closure = linkage_place(&c->linkage, end.phi, &c->pose, &open_by);
+    if (closure != LINKAGE_CLOSED)
+        return refuse_step(c, &before, time, step, closure, open_by);
+
+    memset(c->state.input_derivative, 0, sizeof c->state.input_derivative);
+    memset(c->state.input_derivatives, 0, sizeof c->state.input_derivatives);
+    c->state.real[VARIABLE_TIME] = progress->time;
+    c->state.mode = MODE_STEP;
+    c->fresh = EVALUATION_NONE;
+    c->step_was_refused = false;
+    c->has_news = noticed != 0;
+    if (noticed)
+        explain_news(c, noticed, before.crank.phi.newest, crank.phi.value, time);
+    return COMPONENT_OK;
+}
+
+/* ---- state ---------------------------------------------------------------------------------- */
+
+void component_save(const Component *c, ComponentState *state) {
+    *state = c->state;
+    for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
+        if (interface_variables[i].is_output)
+            state->real[i] = 0.0;
+    state->real[VARIABLE_MACHINE_S] = c->state.progress.travel.end.s;
+}
+
+void component_restore(Component *c, const ComponentState *state) {
+    c->state = *state;
+    c->linkage_is_ready = 0;
+    c->pose.order = -1;
+    c->fresh = EVALUATION_NONE;
+}

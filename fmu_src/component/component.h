@@ -1,0 +1,131 @@
+/* One instance of the transplanter linkage, as every version of FMI sees it: variables by value
+ * reference, modes, communication steps, outputs computed when they are first read, state as
+ * plain data. It knows nothing of FMI; the adaptors in ../fmi translate.
+ *
+ * Every function that can refuse returns a status, changes nothing when it is not COMPONENT_OK,
+ * and leaves the reason in component->message, in words for the user of a host. References and
+ * array arguments must not be NULL where a count is not 0; the adaptors check. */
+#ifndef COMPONENT_H
+#define COMPONENT_H
+
+#include "../linkage/linkage.h"
+#include "crank.h"
+#include "interface.h"
+#include "travel.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum {
+    COMPONENT_OK,
+    COMPONENT_DISCARD, /* not for these values: try others */
+    COMPONENT_ERROR,   /* not at all: the call is wrong */
+} ComponentStatus;
+
+typedef enum {
+    MODE_INSTANTIATED,
+    MODE_INITIALIZATION,
+    MODE_STEP,         /* between communication steps */
+    MODE_STEP_REFUSED, /* the last step was discarded: as before it */
+    MODE_TERMINATED,
+    MODE_COUNT
+} ComponentMode;
+
+enum { COMPONENT_MESSAGE_SIZE = 320, COMPONENT_MAX_DERIVATIVE = 2 };
+
+/* What one communication step changes. */
+typedef struct {
+    double time;      /* s: the instant that the outputs belong to */
+    double last_step; /* s; 0 before the first step */
+    SampleTimes times;
+    Crank crank;      /* crank.end is the crank that the outputs belong to */
+    Travel travel;    /* travel.end likewise */
+    double force[COMPONENT_MAX_DERIVATIVE + 1][2]; /* x, y on the tip; derivatives by time */
+} ComponentProgress;
+
+/* All that an instance remembers: 8-byte members only, no pointers, no padding; its bytes are
+ * the same in every process and on every little-endian platform. */
+typedef struct {
+    double real[INTERFACE_COUNT + 1]; /* by value reference; outputs are 0 when it is saved */
+    double input_derivative[INTERFACE_INPUT_COUNT][COMPONENT_MAX_DERIVATIVE];
+    int64_t input_derivatives[INTERFACE_INPUT_COUNT]; /* highest order set for the next step */
+    int64_t at_step_end;
+    int64_t stop_is_set;
+    double stop;
+    int64_t mode;
+    ComponentProgress progress;
+} ComponentState;
+
+typedef struct {
+    ComponentState state;
+    /* derived from the state, and made again when needed */
+    Linkage linkage;
+    LinkagePose pose;
+    uint32_t linkage_is_ready;
+    uint32_t fresh; /* the EVALUATION_ bits of the outputs whose values in state.real hold */
+    /* the step refused last: no part of the state, so that restoring cannot make a loop of it */
+    double refused_time, refused_step, refused_phi;
+    bool step_was_refused;
+    bool has_news; /* the last step was done, and message says something about it */
+    char message[COMPONENT_MESSAGE_SIZE];
+} Component;
+
+/* Start values, mode instantiated: for a new instance and for one that starts again. */
+void component_reset(Component *component);
+
+/* start: the time of the first communication step in s. */
+ComponentStatus component_set_experiment(Component *component, double start, bool stop_is_set,
+                                         double stop);
+ComponentStatus component_enter_initialization(Component *component);
+/* Checks geometry and initial pose. */
+ComponentStatus component_exit_initialization(Component *component);
+void component_terminate(Component *component);
+
+/* Values by reference: `count` of them, all or none. Reading an output of a pose that cannot be
+ * reached is COMPONENT_DISCARD. */
+ComponentStatus component_get_real(Component *component, const uint32_t reference[], size_t count,
+                                   double value[]);
+ComponentStatus component_set_real(Component *component, const uint32_t reference[], size_t count,
+                                   const double value[]);
+/* Booleans are 0 (false) or anything else. */
+ComponentStatus component_get_boolean(Component *component, const uint32_t reference[],
+                                      size_t count, int value[]);
+ComponentStatus component_set_boolean(Component *component, const uint32_t reference[],
+                                      size_t count, const int value[]);
+
+/* Time derivatives of inputs at the start of the next step, orders 1 and 2; they are used up by
+ * that step. */
+ComponentStatus component_set_input_derivatives(Component *component, const uint32_t reference[],
+                                                size_t count, const int32_t order[],
+                                                const double value[]);
+/* Time derivatives of outputs, orders 1 and 2, at the end of the last step. */
+ComponentStatus component_get_output_derivatives(Component *component,
+                                                 const uint32_t reference[], size_t count,
+                                                 const int32_t order[], double value[]);
+/* sensitivity[i] = sum over k of d unknown[i] / d known[k] times seed[k], at the instant that
+ * the outputs belong to. Unknowns: outputs. Knowns: inputs. */
+ComponentStatus component_get_directional_derivative(Component *component,
+                                                     const uint32_t unknown[],
+                                                     size_t unknown_count,
+                                                     const uint32_t known[], size_t known_count,
+                                                     const double seed[], double sensitivity[]);
+
+/* A communication step from `time` over `step` > 0 seconds. `time` must be the end of the last
+ * step to rounding. A step that ends in an unreachable pose is COMPONENT_DISCARD; the same step
+ * with the same inputs tried once more is COMPONENT_ERROR, lest a host try it for ever.
+ * component->has_news tells of a jump or wrap of the crank's angle. */
+ComponentStatus component_do_step(Component *component, double time, double step);
+
+/* The whole state, without the values that can be computed anew; to be kept or compared. */
+void component_save(const Component *component, ComponentState *state);
+void component_restore(Component *component, const ComponentState *state);
+
+/* A saved state as bytes with format version, interface token and checksum. */
+size_t component_serialized_size(void);
+void component_serialize(const ComponentState *state, uint8_t bytes[]);
+/* Refuses, with a message, bytes of another size, version, interface or content. */
+ComponentStatus component_deserialize(Component *component, const uint8_t bytes[], size_t size,
+                                      ComponentState *state);
+
+#endif

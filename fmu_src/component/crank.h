@@ -1,0 +1,56 @@
+/* The crank carried from the samples that a host gives to the end of its communication step.
+ *
+ * A host that sets inputs before a step from t to t + h gives their values at t, while the
+ * outputs after the step belong to t + h (FMI 2.0.4, section 4.2.1). What the crank does in
+ * between is taken from the best source that the host offers:
+ *
+ *   1. its input derivatives:  exactly the polynomial that they say;
+ *   2. crank.w and crank.a:    Taylor's series; the slope of the last two crank.a gives one term
+ *                              more; a missing crank.a comes from the parabola through the last
+ *                              three crank.w;
+ *   3. the angle alone:        the cubic through the last four angles (fewer at the start).
+ *
+ * Angle error after a step of h: order 3 with two input derivatives, order 4 otherwise. */
+#ifndef CRANK_H
+#define CRANK_H
+
+#include "samples.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* What the crank does at one instant: its angle in rad and three derivatives by time. */
+typedef struct {
+    double phi, w, a, jerk;
+} CrankMotion;
+
+/* All that the prediction remembers. Plain data: 8-byte members only. */
+typedef struct {
+    CrankMotion end;               /* the motion at the end of the last step */
+    Samples phi, w, a;
+    int64_t w_is_given, a_is_given; /* the host has set it to something else than 0 */
+} Crank;
+
+/* The crank inputs of a step, as set. */
+typedef struct {
+    Signal phi, w, a;
+    bool at_step_end; /* they belong to the end of the step: nothing is predicted */
+} CrankInput;
+
+/* What crank_advance noticed, as flags. */
+enum { CRANK_UNWRAPPED = 1, CRANK_RESTARTED = 2 };
+
+/* The motion after h seconds: Taylor's series about `motion`. */
+CrankMotion crank_motion_after(CrankMotion motion, double h);
+
+/* The first sample of a history: the inputs as they are at the start. */
+void crank_start(Crank *crank, const CrankInput *input);
+
+/* Takes the sample of a step of h > 0 seconds and carries the crank to its end, crank->end.
+ * times->gap[0] is the time since the last sample, where there is one.
+ * An angle that is off what was expected by whole turns (a host that gives it modulo one turn,
+ * say) is taken as continuing; one that is off by more than a quarter of a turn besides is a
+ * jump: the history restarts. */
+int crank_advance(Crank *crank, const SampleTimes *times, const CrankInput *input, double h);
+
+#endif

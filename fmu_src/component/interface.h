@@ -1,0 +1,91 @@
+/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */
+#ifndef INTERFACE_H
+#define INTERFACE_H
+
+#include <stdint.h>
+
+#define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
+
+/* Hash of the interface; modelDescription.xml carries the same. */
+#define INTERFACE_TOKEN "{6b414662-7400-a3c0-5d4d-daacc3dda499}"
+
+/* Value references. */
+enum {
+    VARIABLE_TIME = 1,
+    VARIABLE_CRANK_PHI = 2,
+    VARIABLE_CRANK_W = 3,
+    VARIABLE_CRANK_A = 4,
+    VARIABLE_MACHINE_V = 5,
+    VARIABLE_TIP_FX = 6,
+    VARIABLE_TIP_FY = 7,
+    VARIABLE_TIP_X = 8,
+    VARIABLE_TIP_Y = 9,
+    VARIABLE_TIP_VX = 10,
+    VARIABLE_TIP_VY = 11,
+    VARIABLE_TIP_AX = 12,
+    VARIABLE_TIP_AY = 13,
+    VARIABLE_TIP_ANGLE = 14,
+    VARIABLE_GROUND_X = 15,
+    VARIABLE_GROUND_Y = 16,
+    VARIABLE_GROUND_VX = 17,
+    VARIABLE_GROUND_VY = 18,
+    VARIABLE_GROUND_AX = 19,
+    VARIABLE_GROUND_AY = 20,
+    VARIABLE_MACHINE_S = 21,
+    VARIABLE_CRANK_TAU = 22,
+    VARIABLE_ASSEMBLY_MARGIN = 23,
+    VARIABLE_GEOMETRY_L1 = 24,
+    VARIABLE_GEOMETRY_L2 = 25,
+    VARIABLE_GEOMETRY_L3 = 26,
+    VARIABLE_GEOMETRY_L4 = 27,
+    VARIABLE_GEOMETRY_L5 = 28,
+    VARIABLE_GEOMETRY_L6 = 29,
+    VARIABLE_GEOMETRY_L7 = 30,
+    VARIABLE_GEOMETRY_L8 = 31,
+    VARIABLE_GEOMETRY_L9 = 32,
+    VARIABLE_GEOMETRY_XC = 33,
+    VARIABLE_GEOMETRY_YC = 34,
+    VARIABLE_GEOMETRY_XG = 35,
+    VARIABLE_GEOMETRY_YG = 36,
+    VARIABLE_GEOMETRY_PHI1 = 37,
+    VARIABLE_GEOMETRY_PHI4 = 38,
+    VARIABLE_GEOMETRY_THETA3 = 39,
+    VARIABLE_GEOMETRY_THETA8 = 40,
+    VARIABLE_GEOMETRY_THETA9 = 41,
+    VARIABLE_CRANK_AT_STEP_END = 42,
+    INTERFACE_COUNT = 42,
+    INTERFACE_FIRST_INPUT = 2,
+    INTERFACE_INPUT_COUNT = 6
+};
+
+/* Outputs that are computed together: component_get_real computes what is read. */
+enum {
+    EVALUATION_POSITION = 1,
+    EVALUATION_VELOCITY = 2,
+    EVALUATION_ACCELERATION = 4,
+    EVALUATION_ANGLE = 8,
+    EVALUATION_TRAVEL = 16,
+    EVALUATION_TORQUE = 32,
+    EVALUATION_MARGIN = 64,
+    EVALUATION_NONE = 0
+};
+
+typedef enum {
+    ACCESS_READ_ONLY,
+    ACCESS_INPUT,       /* may be set at any time */
+    ACCESS_BEFORE_START /* may be set until the end of initialization */
+} InterfaceAccess;
+
+typedef struct {
+    const char *name;
+    double start;
+    uint8_t is_boolean;
+    uint8_t access;     /* InterfaceAccess */
+    uint8_t is_output;
+    uint8_t evaluation; /* EVALUATION_ of an output */
+} InterfaceVariable;
+
+/* By value reference; number 0 is no variable. */
+extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
+
+#endif

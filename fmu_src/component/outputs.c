@@ -1,0 +1,329 @@
+#include "outputs.h"
+
+#include "message.h"
+
+#include <math.h>
+
+/* Lengths beyond these are no transplanter's, and their squares could under- or overflow. */
+static const double SHORTEST_LINK = 1e-6, LONGEST_LINK = 1e6; /* m */
+
+/* ---- geometry and pose ----------------------------------------------------------------- */
+
+static ComponentStatus refuse_geometry(Component *c, uint32_t reference, const char *demand) {
+    message_write(c->message, sizeof c->message, "%s = %g m: must be %s %g m to %g m",
+                  interface_variables[reference].name, c->state.real[reference], demand,
+                  SHORTEST_LINK, LONGEST_LINK);
+    return COMPONENT_ERROR;
+}
+
+static ComponentStatus check_geometry(Component *c) {
+    static const uint32_t links[] = {VARIABLE_GEOMETRY_L2, VARIABLE_GEOMETRY_L3,
+                                     VARIABLE_GEOMETRY_L6, VARIABLE_GEOMETRY_L7};
+    static const uint32_t arms[] = {VARIABLE_GEOMETRY_L1, VARIABLE_GEOMETRY_L4,
+                                    VARIABLE_GEOMETRY_L5, VARIABLE_GEOMETRY_L8,
+                                    VARIABLE_GEOMETRY_L9};
+    static const uint32_t pivots[] = {VARIABLE_GEOMETRY_XC, VARIABLE_GEOMETRY_YC,
+                                      VARIABLE_GEOMETRY_XG, VARIABLE_GEOMETRY_YG};
+    const double *real = c->state.real;
+    for (size_t i = 0; i < sizeof links / sizeof links[0]; ++i)
+        if (!(real[links[i]] >= SHORTEST_LINK && real[links[i]] <= LONGEST_LINK))
+            return refuse_geometry(c, links[i], "a link's length,");
+    for (size_t i = 0; i < sizeof arms / sizeof arms[0]; ++i)
+        if (real[arms[i]] != 0.0 && !(real[arms[i]] >= SHORTEST_LINK && real[arms[i]] <= LONGEST_LINK))
+            return refuse_geometry(c, arms[i], "0 or a length,");
+    for (size_t i = 0; i < sizeof pivots / sizeof pivots[0]; ++i)
+        if (!(fabs(real[pivots[i]]) <= LONGEST_LINK))
+            return refuse_geometry(c, pivots[i], "of a magnitude from");
+    return COMPONENT_OK;
+}
+
+ComponentStatus outputs_prepare(Component *c) {
+    if (c->linkage_is_ready)
+        return COMPONENT_OK;
+    ComponentStatus status = check_geometry(c);
+    if (status != COMPONENT_OK)
+        return status;
+    const double *real = c->state.real;
+    LinkageGeometry geometry = {
+        .L1 = real[VARIABLE_GEOMETRY_L1],
+        .L2 = real[VARIABLE_GEOMETRY_L2],
+        .L3 = real[VARIABLE_GEOMETRY_L3],
+        .L4 = real[VARIABLE_GEOMETRY_L4],
+        .L5 = real[VARIABLE_GEOMETRY_L5],
+        .L6 = real[VARIABLE_GEOMETRY_L6],
+        .L7 = real[VARIABLE_GEOMETRY_L7],
+        .L8 = real[VARIABLE_GEOMETRY_L8],
+        .L9 = real[VARIABLE_GEOMETRY_L9],
+        .XC = real[VARIABLE_GEOMETRY_XC],
+        .YC = real[VARIABLE_GEOMETRY_YC],
+        .XG = real[VARIABLE_GEOMETRY_XG],
+        .YG = real[VARIABLE_GEOMETRY_YG],
+        .phi1 = real[VARIABLE_GEOMETRY_PHI1],
+        .phi4 = real[VARIABLE_GEOMETRY_PHI4],
+        .theta3 = real[VARIABLE_GEOMETRY_THETA3],
+        .theta8 = real[VARIABLE_GEOMETRY_THETA8],
+        .theta9 = real[VARIABLE_GEOMETRY_THETA9],
+    };
+    linkage_prepare(&geometry, &c->linkage);
+    c->linkage_is_ready = 1;
+    c->pose.order = -1;
+    return COMPONENT_OK;
+}
+
+void outputs_explain_gap(Component *c, LinkageClosure closure, double phi, double gap) {
+    bool is_abd = closure == LINKAGE_ABD_OPEN;
+    const char *base = is_abd ? "AD" : "EG";
+    if (gap == 0.0)
+        message_write(c->message, sizeof c->message,
+                      "the linkage is at a dead point, where velocities are infinite: dyad %s at "
+                      "crank.phi = %g rad",
+                      is_abd ? "ABD" : "EFG", phi);
+    else
+        message_write(c->message, sizeof c->message,
+                      "the linkage cannot be closed: dyad %s at crank.phi = %g rad, where distance "
+                      "%s is %g mm too %s for the two links",
+                      is_abd ? "ABD" : "EFG", phi, base, 1000.0 * fabs(gap),
+                      gap > 0.0 ? "long" : "short");
+}
+
+ComponentStatus outputs_solve(Component *c, int order) {
+    ComponentStatus status = outputs_prepare(c);
+    if (status != COMPONENT_OK)
+        return status;
+    if (c->pose.order < 0) {
+        double phi = c->state.progress.crank.end.phi, gap;
+        LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &gap);
+        if (closure != LINKAGE_CLOSED) {
+            outputs_explain_gap(c, closure, phi, gap);
+            return COMPONENT_DISCARD;
+        }
+    }
+    if (c->pose.order < order)
+        linkage_differentiate(&c->linkage, &c->pose, order);
+    return COMPONENT_OK;
+}
+
+/* ---- from derivatives by the crank angle to derivatives by time ------------------------- */
+
+/* The n-th time derivative of f(phi(t)), n = 0 to 4: f[k] is the k-th derivative by phi
+ * (Faa di Bruno's formula; the crank's fourth derivative is 0 in its motion). */
+static double by_time(int n, const double f[LINKAGE_MAX_ORDER + 1], CrankMotion m) {
+    switch (n) {
+    case 0: return f[0];
+    case 1: return f[1] * m.w;
+    case 2: return f[2] * m.w * m.w + f[1] * m.a;
+    case 3: return (f[3] * m.w * m.w + 3.0 * f[2] * m.a) * m.w + f[1] * m.jerk;
+    default:
+        return (f[4] * m.w * m.w + 6.0 * f[3] * m.a) * m.w * m.w
+               + f[2] * (3.0 * m.a * m.a + 4.0 * m.w * m.jerk);
+    }
+}
+
+static double machine_by_time(int n, MachineMotion m) {
+    switch (n) {
+    case 0: return m.s;
+    case 1: return m.v;
+    case 2: return m.a;
+    case 3: return m.jerk;
+    default: return 0.0;
+    }
+}
+
+/* ---- values: one function for each computed_by in interface.toml ------------------------- */
+
+static void component_compute_position(Component *c) {
+    double *real = c->state.real;
+    Vector r = c->pose.tip[0];
+    real[VARIABLE_TIP_X] = r.x;
+    real[VARIABLE_TIP_Y] = r.y;
+    real[VARIABLE_GROUND_X] = c->state.progress.travel.end.s + r.x;
+    real[VARIABLE_GROUND_Y] = r.y;
+}
+
+static void component_compute_velocity(Component *c) {
+    double *real = c->state.real;
+    double w = c->state.progress.crank.end.w;
+    Vector v = {c->pose.tip[1].x * w, c->pose.tip[1].y * w};
+    real[VARIABLE_TIP_VX] = v.x;
+    real[VARIABLE_TIP_VY] = v.y;
+    real[VARIABLE_GROUND_VX] = c->state.progress.travel.end.v + v.x;
+    real[VARIABLE_GROUND_VY] = v.y;
+}
+
+static void component_compute_acceleration(Component *c) {
+    double *real = c->state.real;
+    CrankMotion m = c->state.progress.crank.end;
+    Vector first = c->pose.tip[1], second = c->pose.tip[2];
+    double w_squared = m.w * m.w;
+    Vector a = {second.x * w_squared + first.x * m.a, second.y * w_squared + first.y * m.a};
+    real[VARIABLE_TIP_AX] = a.x;
+    real[VARIABLE_TIP_AY] = a.y;
+    real[VARIABLE_GROUND_AX] = c->state.progress.travel.end.a + a.x;
+    real[VARIABLE_GROUND_AY] = a.y;
+}
+
+static void component_compute_angle(Component *c) {
+    c->state.real[VARIABLE_TIP_ANGLE] = linkage_nozzle_angle(&c->linkage, &c->pose);
+}
+
+static void component_compute_travel(Component *c) {
+    c->state.real[VARIABLE_MACHINE_S] = c->state.progress.travel.end.s;
+}
+
+/* Virtual work: tau w + F . v = 0 for the massless linkage. */
+static void component_compute_torque(Component *c) {
+    const double *force = c->state.progress.force[0];
+    Vector first = c->pose.tip[1];
+    c->state.real[VARIABLE_CRANK_TAU] = -(force[0] * first.x + force[1] * first.y);
+}
+
+static double transmission(const Component *c, int order) {
+    const LinkagePose *pose = &c->pose;
+    bool is_abd = linkage_transmission(&c->linkage.abd, &pose->abd, 0)
+                  <= linkage_transmission(&c->linkage.efg, &pose->efg, 0);
+    return is_abd ? linkage_transmission(&c->linkage.abd, &pose->abd, order)
+                  : linkage_transmission(&c->linkage.efg, &pose->efg, order);
+}
+
+static void component_compute_margin(Component *c) {
+    c->state.real[VARIABLE_ASSEMBLY_MARGIN] = transmission(c, 0);
+}
+
+ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
+    if (evaluations & ~(uint32_t)EVALUATION_TRAVEL) {
+        int order = evaluations & EVALUATION_ACCELERATION                         ? 2
+                    : evaluations & (EVALUATION_VELOCITY | EVALUATION_TORQUE)     ? 1
+                                                                                  : 0;
+        ComponentStatus status = outputs_solve(c, order);
+        if (status != COMPONENT_OK)
+            return status;
+    }
+    if (evaluations & EVALUATION_POSITION)
+        component_compute_position(c);
+    if (evaluations & EVALUATION_VELOCITY)
+        component_compute_velocity(c);
+    if (evaluations & EVALUATION_ACCELERATION)
+        component_compute_acceleration(c);
+    if (evaluations & EVALUATION_ANGLE)
+        component_compute_angle(c);
+    if (evaluations & EVALUATION_TRAVEL)
+        component_compute_travel(c);
+    if (evaluations & EVALUATION_TORQUE)
+        component_compute_torque(c);
+    if (evaluations & EVALUATION_MARGIN)
+        component_compute_margin(c);
+    c->fresh |= evaluations;
+    return COMPONENT_OK;
+}
+
+/* ---- derivatives ------------------------------------------------------------------------ */
+
+/* The outputs that are the n-th time derivative of a coordinate of the tip. */
+typedef struct {
+    bool is_one, is_x, is_ground;
+    int order;
+} TipOutput;
+
+static TipOutput tip_output(uint32_t reference) {
+    switch (reference) {
+    case VARIABLE_TIP_X: return (TipOutput){true, true, false, 0};
+    case VARIABLE_TIP_Y: return (TipOutput){true, false, false, 0};
+    case VARIABLE_TIP_VX: return (TipOutput){true, true, false, 1};
+    case VARIABLE_TIP_VY: return (TipOutput){true, false, false, 1};
+    case VARIABLE_TIP_AX: return (TipOutput){true, true, false, 2};
+    case VARIABLE_TIP_AY: return (TipOutput){true, false, false, 2};
+    case VARIABLE_GROUND_X: return (TipOutput){true, true, true, 0};
+    case VARIABLE_GROUND_Y: return (TipOutput){true, false, true, 0};
+    case VARIABLE_GROUND_VX: return (TipOutput){true, true, true, 1};
+    case VARIABLE_GROUND_VY: return (TipOutput){true, false, true, 1};
+    case VARIABLE_GROUND_AX: return (TipOutput){true, true, true, 2};
+    case VARIABLE_GROUND_AY: return (TipOutput){true, false, true, 2};
+    default: return (TipOutput){false, false, false, 0};
+    }
+}
+
+static void coordinate(const LinkagePose *pose, bool is_x, int from, double f[]) {
+    for (int k = from; k <= pose->order; ++k)
+        f[k - from] = is_x ? pose->tip[k].x : pose->tip[k].y;
+}
+
+ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int order,
+                                        double *value) {
+    CrankMotion crank = c->state.progress.crank.end;
+    MachineMotion machine = c->state.progress.travel.end;
+    if (reference == VARIABLE_MACHINE_S) {
+        *value = machine_by_time(order, machine);
+        return COMPONENT_OK;
+    }
+    TipOutput tip = tip_output(reference);
+    /* torque and transmission need one derivative by phi more than the order by time */
+    int depth = tip.is_one ? tip.order + order : order + 1;
+    ComponentStatus status = outputs_solve(c, depth);
+    if (status != COMPONENT_OK)
+        return status;
+
+    double f[LINKAGE_MAX_ORDER + 1] = {0.0};
+    if (tip.is_one) {
+        coordinate(&c->pose, tip.is_x, 0, f);
+        *value = by_time(depth, f, crank);
+        if (tip.is_ground && tip.is_x)
+            *value += machine_by_time(depth, machine);
+    } else if (reference == VARIABLE_TIP_ANGLE) {
+        *value = by_time(order, c->pose.efg.first_rate, crank);
+    } else if (reference == VARIABLE_ASSEMBLY_MARGIN) {
+        f[1] = transmission(c, 1);
+        f[2] = order > 1 ? transmission(c, 2) : 0.0;
+        *value = by_time(order, f, crank);
+    } else { /* crank.tau = -(F . r'), by the product rule */
+        double power = 0.0;
+        for (int axis = 0; axis < 2; ++axis) {
+            coordinate(&c->pose, axis == 0, 1, f);
+            double binomial = 1.0;
+            for (int k = 0; k <= order; ++k) {
+                power += binomial * c->state.progress.force[order - k][axis] * by_time(k, f, crank);
+                binomial = binomial * (order - k) / (k + 1);
+            }
+        }
+        *value = -power;
+    }
+    return COMPONENT_OK;
+}
+
+ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint32_t known,
+                                           double *value) {
+    CrankMotion crank = c->state.progress.crank.end;
+    TipOutput tip = tip_output(unknown);
+    *value = 0.0;
+    if (known == VARIABLE_MACHINE_V) {
+        *value = unknown == VARIABLE_GROUND_VX ? 1.0 : 0.0;
+        return COMPONENT_OK;
+    }
+    if (unknown == VARIABLE_MACHINE_S)
+        return COMPONENT_OK;
+    int depth = tip.is_one ? tip.order + 1 : 2;
+    ComponentStatus status = outputs_solve(c, depth);
+    if (status != COMPONENT_OK)
+        return status;
+
+    double f[LINKAGE_MAX_ORDER + 1] = {0.0};
+    if (tip.is_one) {
+        coordinate(&c->pose, tip.is_x, known == VARIABLE_CRANK_PHI ? 1 : 0, f);
+        if (known == VARIABLE_CRANK_PHI) /* f is the derivative already */
+            *value = by_time(tip.order, f, crank);
+        else if (known == VARIABLE_CRANK_W)
+            *value = tip.order == 1 ? f[1] : tip.order == 2 ? 2.0 * f[2] * crank.w : 0.0;
+        else if (known == VARIABLE_CRANK_A)
+            *value = tip.order == 2 ? f[1] : 0.0;
+    } else if (unknown == VARIABLE_CRANK_TAU) {
+        const double *force = c->state.progress.force[0];
+        if (known == VARIABLE_CRANK_PHI)
+            *value = -(force[0] * c->pose.tip[2].x + force[1] * c->pose.tip[2].y);
+        else if (known == VARIABLE_TIP_FX)
+            *value = -c->pose.tip[1].x;
+        else if (known == VARIABLE_TIP_FY)
+            *value = -c->pose.tip[1].y;
+    } else if (known == VARIABLE_CRANK_PHI) {
+        *value = unknown == VARIABLE_TIP_ANGLE ? c->pose.efg.first_rate[1] : transmission(c, 1);
+    }
+    return COMPONENT_OK;
+}

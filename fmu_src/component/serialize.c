@@ -1,0 +1,95 @@
+/* A saved state as bytes: header and payload, each an array of 8-byte words. */
+#include "component.h"
+#include "message.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { FORMAT_VERSION = 1 };
+
+typedef struct {
+    uint64_t magic, version, interface, payload_size, checksum;
+} Header;
+
+/* "TLINKAGE" in little-endian order; another byte order reads another number. */
+static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
+
+/* A member that is no multiple of 8 bytes would bring padding, and a newer layout a newer
+ * FORMAT_VERSION: these arrays have a negative size then. */
+typedef char state_is_made_of_words[sizeof(ComponentState) % 8 == 0 ? 1 : -1];
+typedef char state_has_this_layout[sizeof(ComponentState) == 880 ? 1 : -1];
+
+/* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
+static uint64_t hash(const uint8_t bytes[], size_t size) {
+    uint64_t value = UINT64_C(0xcbf29ce484222325);
+    for (size_t i = 0; i < size; ++i)
+        value = (value ^ bytes[i]) * UINT64_C(0x100000001b3);
+    return value;
+}
+
+static uint64_t interface_hash(void) {
+    return hash((const uint8_t *)INTERFACE_TOKEN, sizeof INTERFACE_TOKEN - 1);
+}
+
+size_t component_serialized_size(void) { return sizeof(Header) + sizeof(ComponentState); }
+
+void component_serialize(const ComponentState *state, uint8_t bytes[]) {
+    Header header = {MAGIC, FORMAT_VERSION, interface_hash(), sizeof *state, 0};
+    memcpy(bytes + sizeof header, state, sizeof *state);
+    header.checksum = hash(bytes + sizeof header, sizeof *state);
+    memcpy(bytes, &header, sizeof header);
+}
+
+static bool is_flag(int64_t value) { return value == 0 || value == 1; }
+
+static bool is_within(int64_t value, int64_t lowest, int64_t highest) {
+    return value >= lowest && value <= highest;
+}
+
+/* The checksum guards against damage; this, against bytes that were never saved by us. */
+static bool is_sound(const ComponentState *state) {
+    const ComponentProgress *progress = &state->progress;
+    const Samples *samples[] = {&progress->crank.phi, &progress->crank.w, &progress->crank.a,
+                                &progress->travel.v};
+    bool sound = is_flag(state->at_step_end) && is_flag(state->stop_is_set)
+                 && is_within(state->mode, 0, MODE_COUNT - 1)
+                 && is_flag(progress->crank.w_is_given) && is_flag(progress->crank.a_is_given)
+                 && is_flag(progress->travel.ahead_is_known);
+    for (size_t i = 0; i < sizeof samples / sizeof samples[0]; ++i)
+        sound = sound && is_within(samples[i]->count, 0, SAMPLES_MAX_ORDER + 1);
+    for (size_t i = 0; i < INTERFACE_INPUT_COUNT; ++i)
+        sound = sound && is_within(state->input_derivatives[i], 0, COMPONENT_MAX_DERIVATIVE);
+    for (size_t i = 0; i <= INTERFACE_COUNT; ++i)
+        sound = sound && isfinite(state->real[i]);
+    return sound;
+}
+
+ComponentStatus component_deserialize(Component *c, const uint8_t bytes[], size_t size,
+                                      ComponentState *state) {
+    Header header;
+    ComponentState read;
+    const char *reason = NULL;
+    if (size != component_serialized_size()) {
+        message_write(c->message, sizeof c->message, "serialized state of %u bytes: must be %u",
+                      (unsigned)size, (unsigned)component_serialized_size());
+        return COMPONENT_ERROR;
+    }
+    memcpy(&header, bytes, sizeof header);
+    memcpy(&read, bytes + sizeof header, sizeof read);
+    if (header.magic != MAGIC)
+        reason = "these bytes are no state of this component";
+    else if (header.version != FORMAT_VERSION)
+        reason = "it has another format version";
+    else if (header.interface != interface_hash() || header.payload_size != sizeof read)
+        reason = "it is from a component with another interface";
+    else if (header.checksum != hash(bytes + sizeof header, sizeof read))
+        reason = "it is damaged: the checksum does not fit";
+    else if (!is_sound(&read))
+        reason = "its content makes no sense";
+    if (reason != NULL) {
+        message_write(c->message, sizeof c->message, "serialized state: %s", reason);
+        return COMPONENT_ERROR;
+    }
+    *state = read;
+    return COMPONENT_OK;
+}

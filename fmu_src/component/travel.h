@@ -1,0 +1,36 @@
+/* The machine's travel: the integral of its speed, from one sample a step.
+ *
+ * Between samples the speed is taken as the line through them (trapezoidal rule); beyond the
+ * newest it continues with the host's input derivatives or, without them, with the slope of the
+ * last two samples, until the next sample says what it was. Error: order 2 in the step over any
+ * distance. The sum is carried in two doubles: the rounding of a season of steps does not add
+ * up. */
+#ifndef TRAVEL_H
+#define TRAVEL_H
+
+#include "samples.h"
+
+#include <stdbool.h>
+
+/* Distance in m and its derivatives by time. */
+typedef struct {
+    double s, v, a, jerk;
+} MachineMotion;
+
+/* Plain data: 8-byte members only. */
+typedef struct {
+    MachineMotion end;         /* the motion at the end of the last step */
+    Samples v;
+    double sum, sum_low;       /* the distance up to the newest sample */
+    double ahead;              /* what was added beyond it up to the end of the last step */
+    int64_t ahead_is_known;    /* it came from input derivatives: keep it */
+} Travel;
+
+/* Distance `s`, speed v, no sample yet. */
+void travel_start(Travel *travel, double s, double v);
+
+/* Takes the speed's sample of a step of h > 0 seconds and travels to its end. */
+void travel_advance(Travel *travel, const SampleTimes *times, const Signal *v, bool at_step_end,
+                    double h);
+
+#endif
