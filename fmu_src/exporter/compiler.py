@@ -1,0 +1,94 @@
+"""The C sources compiled into the shared library of an FMU, for any platform from any other.
+
+The compiler is `ziglang` from PyPI: clang with the libraries of each platform. Nothing that is
+built is run here.
+"""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+
+SOURCE_ROOT = Path(__file__).resolve().parent.parent
+FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+LINKAGE_SOURCES = tuple(sorted((SOURCE_ROOT / "linkage").glob("*.c")))
+COMPONENT_SOURCES = tuple(sorted((SOURCE_ROOT / "component").glob("*.c")))
+FMI2_SOURCES = (SOURCE_ROOT / "fmi" / "fmi2.c",)
+
+# C99 and the strictest common warnings; no warning passes.
+WARNINGS = (
+    "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wundef",
+    "-Wstrict-prototypes", "-Wmissing-prototypes", "-Werror",
+)  # fmt: skip
+# IEEE arithmetic as written, so that every platform rounds alike: no fused multiply-add, no
+# reassociation. errno is not read, which lets sqrt be one instruction and sin, cos one call.
+ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all")
+
+
+class CompileError(RuntimeError):
+    """The compiler refused; the message is what it said."""
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform by its FMI 2.0 folder name (FMI 2.0.4, section 2.3), as the compiler knows it."""
+
+    name: str
+    folder: str
+    target: str
+    suffix: str
+
+
+PLATFORMS = {
+    p.name: p
+    for p in (
+        # glibc 2.17 of 2012: every Linux that a simulation host still runs on
+        Platform("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17", ".so"),
+        Platform("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+        Platform("x86_64-windows", "win64", "x86_64-windows-gnu", ".dll"),
+        Platform("x86_64-macos", "darwin64", "x86_64-macos", ".dylib"),
+        Platform("aarch64-macos", "aarch64-darwin", "aarch64-macos", ".dylib"),
+    )
+}
+
+
+def host_platform() -> Platform:
+    """The platform that this Python runs on; raises CompileError where it is none of PLATFORMS."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    system = {"darwin": "macos"}.get(platform.system().lower(), platform.system().lower())
+    name = f"{machine}-{system}"
+    if name not in PLATFORMS:
+        raise CompileError(f"this machine is {name}; FMUs are built for {', '.join(PLATFORMS)}")
+    return PLATFORMS[name]
+
+
+def compile_library(sources: tuple[Path, ...], library: Path, target: Platform, *options: str) -> None:
+    """Compile C sources into a shared library that shows only what is marked as exported."""
+    library.parent.mkdir(parents=True, exist_ok=True)
+    run_compiler(
+        target, "-shared", *(() if target.suffix == ".dll" else ("-fPIC",)), "-fvisibility=hidden", "-s",
+        *options, "-o", str(library), *map(str, sources),
+    )  # fmt: skip
+
+
+def compile_program(sources: tuple[Path, ...], program: Path, target: Platform, *options: str) -> None:
+    """Compile C sources into a program, for tests and benchmarks."""
+    program.parent.mkdir(parents=True, exist_ok=True)
+    run_compiler(target, *options, "-o", str(program), *map(str, sources))
+
+
+def run_compiler(target: Platform, *options: str) -> None:
+    libraries = () if target.suffix == ".dll" else ("-lm",)
+    command = [
+        sys.executable, "-m", "ziglang", "cc", "-target", target.target, *WARNINGS, *ARITHMETIC,
+        "-I", str(SOURCE_ROOT), "-I", str(FMI_HEADERS), *options, *libraries,
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise CompileError(f"{target.name}:\n{done.stderr.strip()}")
