@@ -16,34 +16,37 @@ static const double TIME_TOLERANCE_ULPS = 16 * 2.22e-16; /* of the time */
 /* Until the first step, outputs belong to the inputs as set. */
 static bool has_stepped(const Component *c) { return c->state.progress.last_step > 0.0; }
 
-static Signal signal(const Component *c, uint32_t reference) {
-    uint32_t input = reference - INTERFACE_FIRST_INPUT;
-    const double *derivative = c->state.input_derivative[input];
-    return (Signal){
-        .value = c->state.real[reference],
-        .derivative = {derivative[0], derivative[1]},
-        .derivatives = c->state.input_derivatives[input],
-    };
+static const InputDerivatives *derivatives_of(const Component *c, uint32_t reference) {
+    return &c->state.input_derivatives[reference - INTERFACE_FIRST_INPUT];
 }
 
 static CrankInput crank_input(const Component *c) {
     return (CrankInput){
-        .phi = signal(c, VARIABLE_CRANK_PHI),
-        .w = signal(c, VARIABLE_CRANK_W),
-        .a = signal(c, VARIABLE_CRANK_A),
+        .phi = c->state.real[VARIABLE_CRANK_PHI],
+        .w = c->state.real[VARIABLE_CRANK_W],
+        .a = c->state.real[VARIABLE_CRANK_A],
         .at_step_end = c->state.at_step_end != 0,
+        .phi_derivatives = derivatives_of(c, VARIABLE_CRANK_PHI),
+        .w_derivatives = derivatives_of(c, VARIABLE_CRANK_W),
+        .a_derivatives = derivatives_of(c, VARIABLE_CRANK_A),
     };
 }
 
 /* The force on the tip, and its derivatives, `ahead` seconds after the inputs' instant. */
 static void set_force(Component *c, double ahead) {
     static const uint32_t references[2] = {VARIABLE_TIP_FX, VARIABLE_TIP_FY};
+    double(*force)[2] = c->state.progress.force;
+    if (!c->state.derivatives_are_set) {
+        memset(force, 0, sizeof c->state.progress.force);
+        force[0][0] = c->state.real[VARIABLE_TIP_FX];
+        force[0][1] = c->state.real[VARIABLE_TIP_FY];
+        return;
+    }
     for (int axis = 0; axis < 2; ++axis) {
-        Signal f = signal(c, references[axis]);
-        double(*force)[2] = c->state.progress.force;
-        force[0][axis] = f.value + ahead * (f.derivative[0] + ahead * (0.5 * f.derivative[1]));
-        force[1][axis] = f.derivative[0] + ahead * f.derivative[1];
-        force[2][axis] = f.derivative[1];
+        const double *d = derivatives_of(c, references[axis])->value;
+        force[0][axis] = c->state.real[references[axis]] + ahead * (d[0] + ahead * (0.5 * d[1]));
+        force[1][axis] = d[0] + ahead * d[1];
+        force[2][axis] = d[1];
     }
 }
 
@@ -53,7 +56,8 @@ static void follow_inputs(Component *c) {
     ComponentProgress *progress = &c->state.progress;
     progress->crank.end = (CrankMotion){real[VARIABLE_CRANK_PHI], real[VARIABLE_CRANK_W],
                                         real[VARIABLE_CRANK_A], 0.0};
-    travel_start(&progress->travel, real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V]);
+    travel_start(&progress->travel, real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
+                 c->state.at_step_end != 0);
     set_force(c, 0.0);
     real[VARIABLE_TIME] = progress->time;
     c->pose.order = -1;
@@ -96,7 +100,6 @@ ComponentStatus component_exit_initialization(Component *c) {
         CrankInput input = crank_input(c);
         ComponentProgress *progress = &c->state.progress;
         crank_start(&progress->crank, &input);
-        samples_start(&progress->travel.v, c->state.real[VARIABLE_MACHINE_V]);
     }
     c->state.mode = MODE_STEP;
     return COMPONENT_OK;
@@ -106,7 +109,7 @@ void component_terminate(Component *c) { c->state.mode = MODE_TERMINATED; }
 
 /* ---- values ----------------------------------------------------------------------------- */
 
-static ComponentStatus refuse_reference(Component *c, uint32_t reference, const char *demand) {
+static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t reference, const char *demand) {
     if (reference < 1 || reference > INTERFACE_COUNT)
         message_write(c->message, sizeof c->message,
                       "value reference %u: unknown, the last one is %u", reference,
@@ -117,7 +120,7 @@ static ComponentStatus refuse_reference(Component *c, uint32_t reference, const 
     return COMPONENT_ERROR;
 }
 
-static ComponentStatus refuse_value(Component *c, uint32_t reference, double value) {
+static COMPONENT_RARELY ComponentStatus refuse_value(Component *c, uint32_t reference, double value) {
     message_write(c->message, sizeof c->message, "%s = %g: must be a finite number",
                   interface_variables[reference].name, value);
     return COMPONENT_ERROR;
@@ -125,36 +128,40 @@ static ComponentStatus refuse_value(Component *c, uint32_t reference, double val
 
 static bool is_known(uint32_t reference) { return reference - 1 < INTERFACE_COUNT; }
 
-static bool is_of_type(uint32_t reference, bool boolean) {
-    return is_known(reference) && (interface_variables[reference].is_boolean != 0) == boolean;
+static bool is_boolean(uint32_t reference) {
+    return is_known(reference) && interface_evaluation[reference] == EVALUATION_NOT_REAL;
 }
 
-static bool is_settable(const Component *c, uint32_t reference) {
-    switch ((InterfaceAccess)interface_variables[reference].access) {
-    case ACCESS_INPUT: return true;
-    case ACCESS_BEFORE_START:
-        return c->state.mode == MODE_INSTANTIATED || c->state.mode == MODE_INITIALIZATION;
-    default: return false;
-    }
+/* The ACCESS_ bit that a variable must have to be set now. */
+static uint32_t access_now(const Component *c) {
+    return c->state.mode <= MODE_INITIALIZATION ? ACCESS_BEFORE_START : ACCESS_LATER;
 }
 
-static ComponentStatus refuse_setting(Component *c, uint32_t reference) {
+static COMPONENT_RARELY ComponentStatus refuse_setting(Component *c, uint32_t reference) {
     return refuse_reference(c, reference,
-                            interface_variables[reference].access == ACCESS_READ_ONLY
+                            (interface_access[reference] | interface_boolean_access[reference])
+                                    == ACCESS_READ_ONLY
                                 ? "cannot be set"
                                 : "can be set until the end of initialization only");
+}
+
+/* Says which of the values was wrong, once the loop that only sums up the faults saw one. */
+static COMPONENT_RARELY ComponentStatus refuse_getting(Component *c, const uint32_t reference[]) {
+    while (is_known(*reference) && !is_boolean(*reference))
+        ++reference;
+    return refuse_reference(c, *reference, "is a Boolean, not a real");
 }
 
 ComponentStatus component_get_real(Component *c, const uint32_t reference[], size_t count,
                                    double value[]) {
     uint32_t wanted = EVALUATION_NONE;
-    for (size_t i = 0; i < count; ++i) {
-        if (!is_of_type(reference[i], false))
-            return refuse_reference(c, reference[i], "is a Boolean, not a real");
-        wanted |= interface_variables[reference[i]].evaluation;
-    }
+    for (size_t i = 0; i < count; ++i)
+        wanted |= reference[i] <= INTERFACE_COUNT ? interface_evaluation[reference[i]]
+                                                  : (uint32_t)EVALUATION_NOT_REAL;
     wanted &= ~c->fresh;
     if (wanted) {
+        if (wanted & EVALUATION_NOT_REAL)
+            return refuse_getting(c, reference);
         ComponentStatus status = outputs_evaluate(c, wanted);
         if (status != COMPONENT_OK)
             return status;
@@ -164,31 +171,42 @@ ComponentStatus component_get_real(Component *c, const uint32_t reference[], siz
     return COMPONENT_OK;
 }
 
+static COMPONENT_RARELY ComponentStatus refuse_values(Component *c, const uint32_t reference[],
+                                     const double value[]) {
+    for (;; ++reference, ++value) {
+        if (!is_known(*reference) || is_boolean(*reference))
+            return refuse_reference(c, *reference, "is a Boolean, not a real");
+        if (!(interface_access[*reference] & access_now(c)))
+            return refuse_setting(c, *reference);
+        if (!isfinite(*value))
+            return refuse_value(c, *reference, *value);
+    }
+}
+
 ComponentStatus component_set_real(Component *c, const uint32_t reference[], size_t count,
                                    const double value[]) {
-    bool geometry_changes = false;
+    uint32_t access = access_now(c);
+    double zero = 0.0; /* not 0 as soon as a value is not finite */
     for (size_t i = 0; i < count; ++i) {
-        if (!is_of_type(reference[i], false))
-            return refuse_reference(c, reference[i], "is a Boolean, not a real");
-        if (!is_settable(c, reference[i]))
-            return refuse_setting(c, reference[i]);
-        if (!isfinite(value[i]))
-            return refuse_value(c, reference[i], value[i]);
-        geometry_changes |= interface_variables[reference[i]].access == ACCESS_BEFORE_START;
+        access &= reference[i] <= INTERFACE_COUNT ? interface_access[reference[i]]
+                                                  : (uint32_t)ACCESS_READ_ONLY;
+        zero += 0.0 * value[i];
     }
+    if (access == ACCESS_READ_ONLY || zero != 0.0)
+        return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
         c->state.real[reference[i]] = value[i];
-    if (geometry_changes)
+    if (!has_stepped(c)) {
         c->linkage_is_ready = 0;
-    if (!has_stepped(c))
         follow_inputs(c);
+    }
     return COMPONENT_OK;
 }
 
 ComponentStatus component_get_boolean(Component *c, const uint32_t reference[], size_t count,
                                       int value[]) {
     for (size_t i = 0; i < count; ++i)
-        if (!is_of_type(reference[i], true))
+        if (!is_boolean(reference[i]))
             return refuse_reference(c, reference[i], "is a real, not a Boolean");
     for (size_t i = 0; i < count; ++i) /* crank.at_step_end is the only one */
         value[i] = c->state.at_step_end != 0;
@@ -198,9 +216,9 @@ ComponentStatus component_get_boolean(Component *c, const uint32_t reference[], 
 ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], size_t count,
                                       const int value[]) {
     for (size_t i = 0; i < count; ++i) {
-        if (!is_of_type(reference[i], true))
+        if (!is_boolean(reference[i]))
             return refuse_reference(c, reference[i], "is a real, not a Boolean");
-        if (!is_settable(c, reference[i]))
+        if (!(interface_boolean_access[reference[i]] & access_now(c)))
             return refuse_setting(c, reference[i]);
     }
     for (size_t i = 0; i < count; ++i)
@@ -210,7 +228,7 @@ ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], 
 
 /* ---- derivatives ------------------------------------------------------------------------ */
 
-static ComponentStatus refuse_order(Component *c, uint32_t reference, int32_t order) {
+static COMPONENT_RARELY ComponentStatus refuse_order(Component *c, uint32_t reference, int32_t order) {
     message_write(c->message, sizeof c->message, "%s: derivative of order %g; orders 1 and 2 exist",
                   interface_variables[reference].name, (double)order);
     return COMPONENT_ERROR;
@@ -219,7 +237,7 @@ static ComponentStatus refuse_order(Component *c, uint32_t reference, int32_t or
 static bool has_order(int32_t order) { return order >= 1 && order <= COMPONENT_MAX_DERIVATIVE; }
 
 static bool is_input(uint32_t reference) {
-    return is_known(reference) && interface_variables[reference].access == ACCESS_INPUT;
+    return is_known(reference) && interface_access[reference] == ACCESS_INPUT;
 }
 
 static bool is_output(uint32_t reference) {
@@ -238,10 +256,12 @@ ComponentStatus component_set_input_derivatives(Component *c, const uint32_t ref
             return refuse_value(c, reference[i], value[i]);
     }
     for (size_t i = 0; i < count; ++i) {
-        uint32_t input = reference[i] - INTERFACE_FIRST_INPUT;
-        c->state.input_derivative[input][order[i] - 1] = value[i];
-        if (c->state.input_derivatives[input] < order[i])
-            c->state.input_derivatives[input] = order[i];
+        InputDerivatives *input =
+            &c->state.input_derivatives[reference[i] - INTERFACE_FIRST_INPUT];
+        input->value[order[i] - 1] = value[i];
+        if (input->order < order[i])
+            input->order = order[i];
+        c->state.derivatives_are_set = 1;
     }
     if (!has_stepped(c))
         set_force(c, 0.0);
@@ -314,11 +334,10 @@ static ComponentStatus check_step(Component *c, double time, double step) {
     return COMPONENT_OK;
 }
 
-/* Undoes a step whose crank angle cannot be had: Discard at first, Error when it is tried again
- * as it was. */
-static ComponentStatus refuse_step(Component *c, const ComponentProgress *before, double time,
-                                   double step, LinkageClosure closure, double gap) {
-    double phi = c->state.progress.crank.end.phi;
+/* A step whose crank angle cannot be had: Discard at first, Error when it is tried again as it
+ * was. */
+static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, double step, double phi,
+                                   LinkageClosure closure, double gap) {
     outputs_explain_gap(c, closure, phi, gap);
     bool again = c->step_was_refused && c->refused_time == time && c->refused_step == step
                  && c->refused_phi == phi;
@@ -327,9 +346,8 @@ static ComponentStatus refuse_step(Component *c, const ComponentProgress *before
         message_write(c->message + length, sizeof c->message - length,
                       "; the same step was discarded before");
     }
-    c->state.progress = *before;
     c->state.mode = MODE_STEP_REFUSED;
-    c->pose.order = -1;
+    c->pose.order = -1; /* the pose of the last step is computed anew when it is read */
     c->fresh = EVALUATION_NONE;
     c->step_was_refused = true;
     c->refused_time = time;
@@ -338,7 +356,7 @@ static ComponentStatus refuse_step(Component *c, const ComponentProgress *before
     return again ? COMPONENT_ERROR : COMPONENT_DISCARD;
 }
 
-static void explain_news(Component *c, int noticed, double from, double to, double time) {
+static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from, double to, double time) {
     message_write(c->message, sizeof c->message,
                   noticed & CRANK_RESTARTED
                       ? "crank.phi jumps from %g rad to %g rad at %g s: its history restarts"
@@ -354,44 +372,57 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     if (status != COMPONENT_OK)
         return status;
 
-    ComponentProgress before = c->state.progress;
     ComponentProgress *progress = &c->state.progress;
-    CrankInput crank = crank_input(c);
-    Signal speed = signal(c, VARIABLE_MACHINE_V);
+    CrankInput input = crank_input(c);
+    double speed = c->state.real[VARIABLE_MACHINE_V];
     /* the time since the last sample: samples belong to the starts of steps, or to their ends */
-    double gap = crank.at_step_end ? step : progress->last_step;
-    if (gap > 0.0)
-        sample_times_add(&progress->times, gap);
-    int noticed = crank_advance(&progress->crank, &progress->times, &crank, step);
-    travel_advance(&progress->travel, &progress->times, &speed, crank.at_step_end, step);
-    set_force(c, crank.at_step_end ? 0.0 : step);
-    progress->last_step = step;
-    progress->time = time + step;
+    double gap = input.at_step_end ? step : progress->last_step;
+    bool times_change = gap > 0.0 && sample_times_change(&progress->times, gap);
+    SampleTimes changed;
+    const SampleTimes *times = &progress->times;
+    if (times_change) {
+        changed = progress->times;
+        sample_times_add(&changed, gap);
+        times = &changed;
+    }
+    Crank crank = progress->crank;
+    int noticed = crank_advance(&crank, times, &input, step);
+    Travel travel = progress->travel;
+    travel_advance(&travel, times, speed, derivatives_of(c, VARIABLE_MACHINE_V),
+                   input.at_step_end, step);
 
-    CrankMotion end = progress->crank.end;
-    MachineMotion machine = progress->travel.end;
-    if (!isfinite(end.phi) || !isfinite(end.w) || !isfinite(end.a) || !isfinite(machine.s)) {
+    /* the sum is not finite where one of them is not */
+    if (!isfinite(crank.end.phi + crank.end.w + crank.end.a + travel.end.s + travel.end.v)) {
         message_write(c->message, sizeof c->message,
-                      "a step of %g s ends at crank.phi = %g rad, machine.s = %g m: beyond all "
-                      "numbers",
-                      step, end.phi, machine.s);
-        c->state.progress = before;
+                      "a step of %g s ends at crank.phi = %g rad, crank.w = %g rad/s, machine.s = "
+                      "%g m: beyond all numbers",
+                      step, crank.end.phi, crank.end.w, travel.end.s);
         return COMPONENT_ERROR;
     }
     double open_by;
-    LinkageClosure closure = linkage_place(&c->linkage, end.phi, &c->pose, &open_by);
+    LinkageClosure closure = linkage_place(&c->linkage, crank.end.phi, &c->pose, &open_by);
     if (closure != LINKAGE_CLOSED)
-        return refuse_step(c, &before, time, step, closure, open_by);
+        return refuse_step(c, time, step, crank.end.phi, closure, open_by);
 
-    memset(c->state.input_derivative, 0, sizeof c->state.input_derivative);
-    memset(c->state.input_derivatives, 0, sizeof c->state.input_derivatives);
+    if (noticed)
+        explain_news(c, noticed, progress->crank.phi, crank.phi, time);
+    if (times_change)
+        progress->times = changed;
+    progress->crank = crank;
+    progress->travel = travel;
+    progress->last_step = step;
+    progress->time = time + step;
+    set_force(c, input.at_step_end ? 0.0 : step);
+
+    if (c->state.derivatives_are_set) {
+        memset(c->state.input_derivatives, 0, sizeof c->state.input_derivatives);
+        c->state.derivatives_are_set = 0;
+    }
     c->state.real[VARIABLE_TIME] = progress->time;
     c->state.mode = MODE_STEP;
     c->fresh = EVALUATION_NONE;
     c->step_was_refused = false;
     c->has_news = noticed != 0;
-    if (noticed)
-        explain_news(c, noticed, before.crank.phi.newest, crank.phi.value, time);
     return COMPONENT_OK;
 }
 

@@ -17,6 +17,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Marks what only refused calls execute: kept out of the way of the others. */
+#if defined(__GNUC__)
+#define COMPONENT_RARELY __attribute__((cold, noinline))
+#else
+#define COMPONENT_RARELY
+#endif
+
 typedef enum {
     COMPONENT_OK,
     COMPONENT_DISCARD, /* not for these values: try others */
@@ -48,8 +55,8 @@ typedef struct {
  * the same in every process and on every little-endian platform. */
 typedef struct {
     double real[INTERFACE_COUNT + 1]; /* by value reference; outputs are 0 when it is saved */
-    double input_derivative[INTERFACE_INPUT_COUNT][COMPONENT_MAX_DERIVATIVE];
-    int64_t input_derivatives[INTERFACE_INPUT_COUNT]; /* highest order set for the next step */
+    InputDerivatives input_derivatives[INTERFACE_INPUT_COUNT]; /* for the next step */
+    int64_t derivatives_are_set;
     int64_t at_step_end;
     int64_t stop_is_set;
     double stop;

@@ -24,17 +24,23 @@ typedef struct {
     double phi, w, a, jerk;
 } CrankMotion;
 
+/* The highest derivative that the host gives: crank.w and crank.a count from the moment that
+ * they are not 0. Its samples continue the motion beyond what it says itself. */
+typedef enum { SOURCE_ANGLE, SOURCE_SPEED, SOURCE_ACCELERATION } CrankSource;
+
 /* All that the prediction remembers. Plain data: 8-byte members only. */
 typedef struct {
-    CrankMotion end;               /* the motion at the end of the last step */
-    Samples phi, w, a;
-    int64_t w_is_given, a_is_given; /* the host has set it to something else than 0 */
+    CrankMotion end;  /* the motion at the end of the last step */
+    double phi;       /* the newest angle sample, as given */
+    int64_t source;   /* CrankSource */
+    Samples samples;  /* of the source */
 } Crank;
 
 /* The crank inputs of a step, as set. */
 typedef struct {
-    Signal phi, w, a;
+    double phi, w, a;
     bool at_step_end; /* they belong to the end of the step: nothing is predicted */
+    const InputDerivatives *phi_derivatives, *w_derivatives, *a_derivatives; /* none NULL */
 } CrankInput;
 
 /* What crank_advance noticed, as flags. */

@@ -67,25 +67,23 @@ enum {
     EVALUATION_TRAVEL = 16,
     EVALUATION_TORQUE = 32,
     EVALUATION_MARGIN = 64,
-    EVALUATION_NONE = 0
+    EVALUATION_NONE = 0,
+    EVALUATION_NOT_REAL = 128 /* in the same place: no real at all */
 };
 
-typedef enum {
-    ACCESS_READ_ONLY,
-    ACCESS_INPUT,       /* may be set at any time */
-    ACCESS_BEFORE_START /* may be set until the end of initialization */
-} InterfaceAccess;
+/* When a variable may be set, as bits: until the end of initialization, and from then on. */
+enum { ACCESS_READ_ONLY = 0, ACCESS_BEFORE_START = 1, ACCESS_LATER = 2, ACCESS_INPUT = 3 };
 
 typedef struct {
     const char *name;
     double start;
-    uint8_t is_boolean;
-    uint8_t access;     /* InterfaceAccess */
-    uint8_t is_output;
-    uint8_t evaluation; /* EVALUATION_ of an output */
+    int is_output;
 } InterfaceVariable;
 
-/* By value reference; number 0 is no variable. */
+/* By value reference; number 0 is no variable. The last two are what every step looks up. */
 extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
+extern const uint8_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
+extern const uint8_t interface_access[INTERFACE_COUNT + 1];     /* ACCESS_ of reals, else 0 */
+extern const uint8_t interface_boolean_access[INTERFACE_COUNT + 1]; /* of Booleans, else 0 */
 
 #endif

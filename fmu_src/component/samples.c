@@ -1,9 +1,17 @@
 #include "samples.h"
 
+bool sample_times_change(const SampleTimes *times, double gap) {
+    return gap != times->gap[0] || gap != times->gap[1] || gap != times->gap[2];
+}
+
 void sample_times_add(SampleTimes *times, double gap) {
+    double second = gap + times->gap[0], third = second + times->gap[1];
     times->gap[2] = times->gap[1];
     times->gap[1] = times->gap[0];
     times->gap[0] = gap;
+    times->per_span[0] = 1.0 / gap;
+    times->per_span[1] = 1.0 / second;
+    times->per_span[2] = 1.0 / third;
 }
 
 void samples_start(Samples *samples, double value) {
@@ -13,11 +21,10 @@ void samples_start(Samples *samples, double value) {
 void samples_add(Samples *samples, const SampleTimes *times, double value, double change,
                  int order) {
     double *difference = samples->difference;
-    double next = change, span = 0.0;
+    double next = change;
     for (int i = 0; i < order && i < samples->count; ++i) {
         double old = difference[i];
-        span += times->gap[i];
-        difference[i] = next / span;
+        difference[i] = next * times->per_span[i];
         next = difference[i] - old;
     }
     samples->newest = value;

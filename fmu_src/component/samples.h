@@ -3,13 +3,16 @@
 #ifndef SAMPLES_H
 #define SAMPLES_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 enum { SAMPLES_MAX_ORDER = 3 };
 
-/* Seconds between successive samples, the newest gap first. */
+/* Seconds between successive samples, the newest gap first, and the reciprocals of the time
+ * from the newest sample to the 2nd, 3rd and 4th before it: one division each, for all signals. */
 typedef struct {
     double gap[SAMPLES_MAX_ORDER];
+    double per_span[SAMPLES_MAX_ORDER];
 } SampleTimes;
 
 /* difference[i] is the divided difference of order i + 1 at the newest of `count` samples. */
@@ -19,15 +22,17 @@ typedef struct {
     int64_t count;
 } Samples;
 
-/* A signal's value and the time derivatives of order 1 and 2 that a host may have set with it. */
+/* The time derivatives of order 1 and 2 that a host has set with an input's value. */
 typedef struct {
-    double value;
-    double derivative[2];
-    int64_t derivatives; /* how many were set: 0, 1 or 2 */
-} Signal;
+    double value[2];
+    int64_t order; /* the highest one set; 0: none */
+} InputDerivatives;
 
-/* Puts a gap before the older ones. */
+/* Puts a gap (> 0) before the older ones. */
 void sample_times_add(SampleTimes *times, double gap);
+
+/* Whether adding this gap would change anything: not so at a constant step. */
+bool sample_times_change(const SampleTimes *times, double gap);
 
 /* Forgets all but one first sample. */
 void samples_start(Samples *samples, double value);

@@ -17,7 +17,7 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
 /* A member that is no multiple of 8 bytes would bring padding, and a newer layout a newer
  * FORMAT_VERSION: these arrays have a negative size then. */
 typedef char state_is_made_of_words[sizeof(ComponentState) % 8 == 0 ? 1 : -1];
-typedef char state_has_this_layout[sizeof(ComponentState) == 880 ? 1 : -1];
+typedef char state_has_this_layout[sizeof(ComponentState) == 808 ? 1 : -1];
 
 /* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
 static uint64_t hash(const uint8_t bytes[], size_t size) {
@@ -49,16 +49,14 @@ static bool is_within(int64_t value, int64_t lowest, int64_t highest) {
 /* The checksum guards against damage; this, against bytes that were never saved by us. */
 static bool is_sound(const ComponentState *state) {
     const ComponentProgress *progress = &state->progress;
-    const Samples *samples[] = {&progress->crank.phi, &progress->crank.w, &progress->crank.a,
-                                &progress->travel.v};
-    bool sound = is_flag(state->at_step_end) && is_flag(state->stop_is_set)
+    bool sound = is_flag(state->derivatives_are_set) && is_flag(state->at_step_end) && is_flag(state->stop_is_set)
                  && is_within(state->mode, 0, MODE_COUNT - 1)
-                 && is_flag(progress->crank.w_is_given) && is_flag(progress->crank.a_is_given)
+                 && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
+                 && is_within(progress->crank.samples.count, 0, SAMPLES_MAX_ORDER + 1)
+                 && is_flag(progress->travel.has_sample)
                  && is_flag(progress->travel.ahead_is_known);
-    for (size_t i = 0; i < sizeof samples / sizeof samples[0]; ++i)
-        sound = sound && is_within(samples[i]->count, 0, SAMPLES_MAX_ORDER + 1);
     for (size_t i = 0; i < INTERFACE_INPUT_COUNT; ++i)
-        sound = sound && is_within(state->input_derivatives[i], 0, COMPONENT_MAX_DERIVATIVE);
+        sound = sound && is_within(state->input_derivatives[i].order, 0, COMPONENT_MAX_DERIVATIVE);
     for (size_t i = 0; i <= INTERFACE_COUNT; ++i)
         sound = sound && isfinite(state->real[i]);
     return sound;

@@ -20,17 +20,18 @@ typedef struct {
 /* Plain data: 8-byte members only. */
 typedef struct {
     MachineMotion end;         /* the motion at the end of the last step */
-    Samples v;
+    double v;                  /* the newest sample of the speed */
+    int64_t has_sample;
     double sum, sum_low;       /* the distance up to the newest sample */
     double ahead;              /* what was added beyond it up to the end of the last step */
     int64_t ahead_is_known;    /* it came from input derivatives: keep it */
 } Travel;
 
-/* Distance `s`, speed v, no sample yet. */
-void travel_start(Travel *travel, double s, double v);
+/* Distance `s`, speed v; is_sample: the first step brings the second sample, not the first. */
+void travel_start(Travel *travel, double s, double v, bool is_sample);
 
 /* Takes the speed's sample of a step of h > 0 seconds and travels to its end. */
-void travel_advance(Travel *travel, const SampleTimes *times, const Signal *v, bool at_step_end,
-                    double h);
+void travel_advance(Travel *travel, const SampleTimes *times, double v,
+                    const InputDerivatives *derivatives, bool at_step_end, double h);
 
 #endif

@@ -9,6 +9,7 @@ from ..interface import Interface, Variable
 BANNER = "/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */\n"
 
 ACCESS = {"independent": "READ_ONLY", "input": "INPUT", "output": "READ_ONLY", "parameter": "BEFORE_START"}
+BOOLEAN_BIT = 0x80  # beside the EVALUATION_ bits
 
 
 def header(interface: Interface) -> str:
@@ -38,26 +39,24 @@ enum {{
 /* Outputs that are computed together: component_get_real computes what is read. */
 enum {{
 {_lines(f"    EVALUATION_{name.upper()} = {1 << bit}," for bit, name in enumerate(_evaluations(interface)))}
-    EVALUATION_NONE = 0
+    EVALUATION_NONE = 0,
+    EVALUATION_NOT_REAL = {BOOLEAN_BIT} /* in the same place: no real at all */
 }};
 
-typedef enum {{
-    ACCESS_READ_ONLY,
-    ACCESS_INPUT,       /* may be set at any time */
-    ACCESS_BEFORE_START /* may be set until the end of initialization */
-}} InterfaceAccess;
+/* When a variable may be set, as bits: until the end of initialization, and from then on. */
+enum {{ ACCESS_READ_ONLY = 0, ACCESS_BEFORE_START = 1, ACCESS_LATER = 2, ACCESS_INPUT = 3 }};
 
 typedef struct {{
     const char *name;
     double start;
-    uint8_t is_boolean;
-    uint8_t access;     /* InterfaceAccess */
-    uint8_t is_output;
-    uint8_t evaluation; /* EVALUATION_ of an output */
+    int is_output;
 }} InterfaceVariable;
 
-/* By value reference; number 0 is no variable. */
+/* By value reference; number 0 is no variable. The last two are what every step looks up. */
 extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
+extern const uint8_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
+extern const uint8_t interface_access[INTERFACE_COUNT + 1];     /* ACCESS_ of reals, else 0 */
+extern const uint8_t interface_boolean_access[INTERFACE_COUNT + 1]; /* of Booleans, else 0 */
 
 #endif
 """
@@ -68,20 +67,36 @@ def source(interface: Interface) -> str:
     return f"""{BANNER}#include "interface.h"
 
 const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
-    {{"(no variable)", 0.0, 0, ACCESS_READ_ONLY, 0, EVALUATION_NONE}},
-{_lines(_row(v) for v in interface.variables)}
+    {{"(no variable)", 0.0, 0}},
+{_lines(f'    {{"{v.name}", {float(v.start or 0.0)!r}, {int(v.kind == "output")}}},' for v in interface.variables)}
+}};
+
+const uint8_t interface_evaluation[INTERFACE_COUNT + 1] = {{
+    EVALUATION_NOT_REAL, /* (no variable) */
+{_lines(f"    EVALUATION_{_evaluation(v)}, /* {v.name} */" for v in interface.variables)}
+}};
+
+const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
+    ACCESS_READ_ONLY, /* (no variable) */
+{_lines(f"    ACCESS_{_access(v, 'real')}, /* {v.name} */" for v in interface.variables)}
+}};
+
+const uint8_t interface_boolean_access[INTERFACE_COUNT + 1] = {{
+    ACCESS_READ_ONLY, /* (no variable) */
+{_lines(f"    ACCESS_{_access(v, 'boolean')}, /* {v.name} */" for v in interface.variables)}
 }};
 """
 
 
-def _row(v: Variable) -> str:
-    start = repr(float(v.start or 0.0))
-    access = "BEFORE_START" if v.kind == "output" and v.start is not None else ACCESS[v.kind]
-    evaluation = (v.computed_by or "none").upper()
-    return (
-        f'    {{"{v.name}", {start}, {int(v.type == "boolean")}, ACCESS_{access}, '
-        f"{int(v.kind == 'output')}, EVALUATION_{evaluation}}},"
-    )
+def _evaluation(v: Variable) -> str:
+    return "NOT_REAL" if v.type == "boolean" else (v.computed_by or "none").upper()
+
+
+def _access(v: Variable, type_: str) -> str:
+    if v.type != type_:
+        return "READ_ONLY"
+    is_state = v.kind == "output" and v.start is not None
+    return "BEFORE_START" if is_state else ACCESS[v.kind]
 
 
 def _evaluations(interface: Interface) -> list[str]:

@@ -28,7 +28,8 @@ WARNINGS = (
 )  # fmt: skip
 # IEEE arithmetic as written, so that every platform rounds alike: no fused multiply-add, no
 # reassociation. errno is not read, which lets sqrt be one instruction and sin, cos one call.
-ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all")
+# Loops run over a handful of values: vectorizing them costs more than it saves.
+ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-vectorize", "-fno-unroll-loops", "-fno-slp-vectorize", "-fno-sanitize=all")
 
 
 class CompileError(RuntimeError):
@@ -43,6 +44,11 @@ class Platform:
     folder: str
     target: str
     suffix: str
+
+    @property
+    def link_options(self) -> tuple[str, ...]:
+        """Optimization across files where the linker can: not for Windows, not for macOS."""
+        return ("-flto",) if self.suffix == ".so" else ()
 
 
 PLATFORMS = {
@@ -73,7 +79,7 @@ def compile_library(sources: tuple[Path, ...], library: Path, target: Platform, 
     library.parent.mkdir(parents=True, exist_ok=True)
     run_compiler(
         target, "-shared", *(() if target.suffix == ".dll" else ("-fPIC",)), "-fvisibility=hidden", "-s",
-        *options, "-o", str(library), *map(str, sources),
+        *target.link_options, *options, "-o", str(library), *map(str, sources),
     )  # fmt: skip
 
 

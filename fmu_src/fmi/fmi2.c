@@ -41,13 +41,16 @@ static fmi2Status refuse(const Instance *instance, const char *function, const c
     return fmi2Error;
 }
 
-/* The component's status as FMI's, its message to the host's logger. */
-static fmi2Status answer(const Instance *instance, ComponentStatus status, const char *function) {
-    if (status == COMPONENT_OK)
-        return fmi2OK;
+static COMPONENT_RARELY fmi2Status answer_refusal(const Instance *instance, ComponentStatus status,
+                                                  const char *function) {
     fmi2Status answered = status == COMPONENT_DISCARD ? fmi2Discard : fmi2Error;
     say(instance, answered, function, instance->component.message);
     return answered;
+}
+
+/* The component's status as FMI's, its message to the host's logger. */
+static fmi2Status answer(const Instance *instance, ComponentStatus status, const char *function) {
+    return status == COMPONENT_OK ? fmi2OK : answer_refusal(instance, status, function);
 }
 
 /* ---- which call is legal when -------------------------------------------------------------- */
@@ -73,30 +76,38 @@ static const char *const MODE_NAMES[MODE_COUNT] = {
     "after termination",
 };
 
+static bool is_legal(const Instance *instance, int modes) {
+    return (modes >> instance->component.state.mode) & 1;
+}
+
+/* Says why a call is not legal; returns NULL. */
+static COMPONENT_RARELY Instance *refuse_call(const Instance *instance, int modes,
+                                              const char *function) {
+    if (instance != NULL && !is_legal(instance, modes)) {
+        char text[80] = "not allowed ";
+        strcat(text, MODE_NAMES[instance->component.state.mode]);
+        refuse(instance, function, text);
+    } else if (instance != NULL) {
+        refuse(instance, function, "an argument is NULL");
+    }
+    return NULL;
+}
+
 /* The instance, or NULL with a message where the call is not legal. */
 static Instance *check_call(fmi2Component c, int modes, const char *function) {
     Instance *instance = c;
-    if (instance == NULL)
-        return NULL;
-    int64_t mode = instance->component.state.mode;
-    if (!((modes >> mode) & 1)) {
-        char text[80] = "not allowed ";
-        strcat(text, MODE_NAMES[mode]);
-        refuse(instance, function, text);
-        return NULL;
-    }
-    return instance;
+    return instance != NULL && is_legal(instance, modes) ? instance
+                                                         : refuse_call(instance, modes, function);
 }
 
-/* The same for calls with arrays: no array may be NULL where it has elements. */
+/* The same for calls with arrays: none may be NULL where it has elements. */
 static Instance *check_arrays(fmi2Component c, int modes, const char *function, size_t count,
                               const void *first, const void *second, const void *third) {
-    Instance *instance = check_call(c, modes, function);
-    if (instance != NULL && count > 0 && (first == NULL || second == NULL || third == NULL)) {
-        refuse(instance, function, "an array argument is NULL");
-        return NULL;
-    }
-    return instance;
+    Instance *instance = c;
+    bool has_arrays = count == 0 || (first != NULL && second != NULL && third != NULL);
+    return has_arrays && instance != NULL && is_legal(instance, modes)
+               ? instance
+               : refuse_call(instance, modes, function);
 }
 
 /* The same for calls with one pointer that must not be NULL. */
