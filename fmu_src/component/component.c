@@ -75,7 +75,7 @@ void component_reset(Component *c) {
 
 ComponentStatus component_set_experiment(Component *c, double start, bool stop_is_set,
                                          double stop) {
-    if (!isfinite(start) || (stop_is_set && !(stop >= start))) {
+    if (!is_finite(start) || (stop_is_set && !(stop >= start))) {
         message_write(c->message, sizeof c->message,
                       "start time %g s, stop time %g s: must be finite and in this order", start,
                       stop);
@@ -178,7 +178,7 @@ static COMPONENT_RARELY ComponentStatus refuse_values(Component *c, const uint32
             return refuse_reference(c, *reference, "is a Boolean, not a real");
         if (!(interface_access[*reference] & access_now(c)))
             return refuse_setting(c, *reference);
-        if (!isfinite(*value))
+        if (!is_finite(*value))
             return refuse_value(c, *reference, *value);
     }
 }
@@ -252,7 +252,7 @@ ComponentStatus component_set_input_derivatives(Component *c, const uint32_t ref
             return refuse_reference(c, reference[i], "is no input");
         if (!has_order(order[i]))
             return refuse_order(c, reference[i], order[i]);
-        if (!isfinite(value[i]))
+        if (!is_finite(value[i]))
             return refuse_value(c, reference[i], value[i]);
     }
     for (size_t i = 0; i < count; ++i) {
@@ -314,7 +314,7 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
 static ComponentStatus check_step(Component *c, double time, double step) {
     double expected = c->state.progress.time;
     double tolerance = TIME_TOLERANCE_STEPS * step + TIME_TOLERANCE_ULPS * fabs(expected);
-    if (!(step > 0.0) || !isfinite(step)) {
+    if (!(step > 0.0 && step <= DBL_MAX)) {
         message_write(c->message, sizeof c->message,
                       "communication step size %g s: must be positive and finite", step);
         return COMPONENT_ERROR;
@@ -367,7 +367,7 @@ static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from
 
 ComponentStatus component_do_step(Component *c, double time, double step) {
     ComponentStatus status = check_step(c, time, step);
-    if (status == COMPONENT_OK)
+    if (status == COMPONENT_OK && !c->linkage_is_ready)
         status = outputs_prepare(c);
     if (status != COMPONENT_OK)
         return status;
@@ -392,7 +392,7 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
                    input.at_step_end, step);
 
     /* the sum is not finite where one of them is not */
-    if (!isfinite(crank.end.phi + crank.end.w + crank.end.a + travel.end.s + travel.end.v)) {
+    if (!is_finite(crank.end.phi + crank.end.w + crank.end.a + travel.end.s + travel.end.v)) {
         message_write(c->message, sizeof c->message,
                       "a step of %g s ends at crank.phi = %g rad, crank.w = %g rad/s, machine.s = "
                       "%g m: beyond all numbers",

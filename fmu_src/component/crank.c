@@ -12,7 +12,7 @@ CrankMotion crank_motion_after(CrankMotion m, double h) {
     static const double THIRD = 1.0 / 3.0;
     double half_square = 0.5 * h * h, cube = half_square * h * THIRD;
     return (CrankMotion){
-        m.phi + (h * m.w + (half_square * m.a + cube * m.jerk)),
+        (m.phi + (h * m.w + half_square * m.a)) + cube * m.jerk,
         m.w + (h * m.a + half_square * m.jerk),
         m.a + h * m.jerk,
         m.jerk,
@@ -34,9 +34,9 @@ static CrankSource best_source(const Crank *crank, const CrankInput *input) {
 /* The host gives a higher derivative from now on. Its zeros so far are samples if the derivative
  * below it has not changed; if it has, they only say that the higher one was not connected. */
 static void change_source(Crank *crank, CrankSource source) {
-    const double *d = crank->samples.difference;
-    int64_t count = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0 ? crank->samples.count : 0;
-    crank->samples = (Samples){.count = count};
+    const Samples *s = &crank->samples;
+    bool is_flat = s->first == 0.0 && s->second == 0.0 && s->third == 0.0;
+    crank->samples = (Samples){.count = is_flat ? s->count : 0};
     crank->source = source;
 }
 
@@ -67,7 +67,7 @@ static void add_sample(Crank *crank, const SampleTimes *times, const CrankInput 
 /* The motion at the newest sample, each derivative from the best source there is. */
 static CrankMotion motion_at_sample(const Crank *crank, const SampleTimes *times,
                                     const CrankInput *input) {
-    double trend[3];
+    Derivatives trend;
     CrankMotion motion = {input->phi, input->w, input->a, 0.0};
     switch (crank->source) {
     case SOURCE_ANGLE:
@@ -75,19 +75,19 @@ static CrankMotion motion_at_sample(const Crank *crank, const SampleTimes *times
             motion.w = input->phi_derivatives->value[0];
             motion.a = input->phi_derivatives->value[1];
         } else {
-            samples_derivatives(&crank->samples, times, trend);
-            motion.w = trend[0];
-            motion.a = trend[1];
-            motion.jerk = trend[2];
+            trend = samples_derivatives(&crank->samples, times);
+            motion.w = trend.first;
+            motion.a = trend.second;
+            motion.jerk = trend.third;
         }
         return motion;
     case SOURCE_SPEED:
-        samples_derivatives(&crank->samples, times, trend);
-        motion.a = trend[0];
-        motion.jerk = trend[1];
+        trend = samples_derivatives(&crank->samples, times);
+        motion.a = trend.first;
+        motion.jerk = trend.second;
         break;
     default:
-        motion.jerk = crank->samples.difference[0];
+        motion.jerk = crank->samples.first;
         break;
     }
     if (input->a_derivatives->order > 0)

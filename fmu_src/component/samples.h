@@ -3,24 +3,30 @@
 #ifndef SAMPLES_H
 #define SAMPLES_H
 
+#include <float.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { SAMPLES_MAX_ORDER = 3 };
-
 /* Seconds between successive samples, the newest gap first, and the reciprocals of the time
- * from the newest sample to the 2nd, 3rd and 4th before it: one division each, for all signals. */
+ * from the newest sample to the 1st, 2nd and 3rd before it: one division each for all signals. */
 typedef struct {
-    double gap[SAMPLES_MAX_ORDER];
-    double per_span[SAMPLES_MAX_ORDER];
+    double gap[3];
+    double per_span[3];
 } SampleTimes;
 
-/* difference[i] is the divided difference of order i + 1 at the newest of `count` samples. */
+/* Divided differences of order 1, 2 and 3 at the newest of `count` samples; those for which
+ * there are too few samples are 0. */
 typedef struct {
     double newest;
-    double difference[SAMPLES_MAX_ORDER];
-    int64_t count;
+    double first, second, third;
+    int64_t count; /* at most 4 */
 } Samples;
+
+/* Time derivatives. */
+typedef struct {
+    double first, second, third;
+} Derivatives;
 
 /* The time derivatives of order 1 and 2 that a host has set with an input's value. */
 typedef struct {
@@ -28,21 +34,54 @@ typedef struct {
     int64_t order; /* the highest one set; 0: none */
 } InputDerivatives;
 
-/* Puts a gap (> 0) before the older ones. */
-void sample_times_add(SampleTimes *times, double gap);
+/* isfinite, in two instructions where compilers make thirty of it. */
+static inline bool is_finite(double value) { return fabs(value) <= DBL_MAX; }
 
 /* Whether adding this gap would change anything: not so at a constant step. */
-bool sample_times_change(const SampleTimes *times, double gap);
+static inline bool sample_times_change(const SampleTimes *times, double gap) {
+    return gap != times->gap[0] || gap != times->gap[1] || gap != times->gap[2];
+}
+
+/* Puts a gap (> 0) before the older ones. */
+static inline void sample_times_add(SampleTimes *times, double gap) {
+    double second = gap + times->gap[0], third = second + times->gap[1];
+    times->gap[2] = times->gap[1];
+    times->gap[1] = times->gap[0];
+    times->gap[0] = gap;
+    times->per_span[0] = 1.0 / gap;
+    times->per_span[1] = 1.0 / second;
+    times->per_span[2] = 1.0 / third;
+}
 
 /* Forgets all but one first sample. */
-void samples_start(Samples *samples, double value);
+static inline void samples_start(Samples *samples, double value) {
+    *samples = (Samples){.newest = value, .count = 1};
+}
 
 /* Adds a sample that lies `change` above the newest one (its difference, where values wrap).
- * order: the degree of the polynomial to keep, at most SAMPLES_MAX_ORDER. */
-void samples_add(Samples *samples, const SampleTimes *times, double value, double change,
-                 int order);
+ * degree: of the polynomial to keep, 1 to 3. */
+static inline void samples_add(Samples *samples, const SampleTimes *times, double value,
+                               double change, int degree) {
+    double first = 0.0, second = 0.0, third = 0.0;
+    if (samples->count >= 1)
+        first = change * times->per_span[0];
+    if (degree >= 2 && samples->count >= 2)
+        second = (first - samples->first) * times->per_span[1];
+    if (degree >= 3 && samples->count >= 3)
+        third = (second - samples->second) * times->per_span[2];
+    int64_t count = samples->count <= degree ? samples->count + 1 : samples->count;
+    *samples = (Samples){value, first, second, third, count};
+}
 
-/* The first three time derivatives of the polynomial at its newest sample. */
-void samples_derivatives(const Samples *samples, const SampleTimes *times, double derivative[3]);
+/* The time derivatives of the polynomial at its newest sample. */
+static inline Derivatives samples_derivatives(const Samples *samples, const SampleTimes *times) {
+    /* first s + second s (s + one) + third s (s + one) (s + two), s = 0 at the newest sample */
+    double one = times->gap[0], two = one + times->gap[1];
+    return (Derivatives){
+        samples->first + one * (samples->second + two * samples->third),
+        2.0 * (samples->second + (one + two) * samples->third),
+        6.0 * samples->third,
+    };
+}
 
 #endif

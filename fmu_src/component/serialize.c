@@ -2,7 +2,6 @@
 #include "component.h"
 #include "message.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { FORMAT_VERSION = 1 };
@@ -52,13 +51,13 @@ static bool is_sound(const ComponentState *state) {
     bool sound = is_flag(state->derivatives_are_set) && is_flag(state->at_step_end) && is_flag(state->stop_is_set)
                  && is_within(state->mode, 0, MODE_COUNT - 1)
                  && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
-                 && is_within(progress->crank.samples.count, 0, SAMPLES_MAX_ORDER + 1)
+                 && is_within(progress->crank.samples.count, 0, 4)
                  && is_flag(progress->travel.has_sample)
                  && is_flag(progress->travel.ahead_is_known);
     for (size_t i = 0; i < INTERFACE_INPUT_COUNT; ++i)
         sound = sound && is_within(state->input_derivatives[i].order, 0, COMPONENT_MAX_DERIVATIVE);
     for (size_t i = 0; i <= INTERFACE_COUNT; ++i)
-        sound = sound && isfinite(state->real[i]);
+        sound = sound && is_finite(state->real[i]);
     return sound;
 }
 

@@ -1,6 +1,9 @@
 #include "linkage.h"
 
+#include "direction.h"
+
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 static const double QUARTER_TURN = 1.57079632679489661923;
@@ -16,8 +19,6 @@ static inline double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y; }
 static inline Vector turned(Vector a, Vector b) {
     return (Vector){a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
 }
-
-static inline Vector direction(double angle) { return (Vector){cos(angle), sin(angle)}; }
 
 /* The n-th derivative of a e(-phi) is (-i)^n a e(-phi). */
 static inline Vector clockwise_derivative(int n, Vector a) {
@@ -55,25 +56,40 @@ static void prepare_sides(double first, double second, LinkageSides *sides) {
     sides->reciprocal_product = 1.0 / (first * second);
 }
 
-/* Closes a dyad over its base, joint on the right; false where it cannot, or at a dead point.
+/* The triangle of a dyad, joint on the right of its base: the links are
+ * (along - i height) base, where height = four_areas * per_area. */
+typedef struct {
+    double along_first, along_second;
+    double four_areas, per_area;
+} Triangle;
+
+/* Solves the triangle; false where the dyad cannot close, or closes at a dead point.
  * 16 area^2 = ((first+second)^2 - base^2) (base^2 - (first-second)^2): the factored form of
  * Heron's formula, whose differences are rounded in base^2 alone. */
-static inline int close_dyad(const LinkageSides *sides, Vector base, LinkageDyad *dyad) {
+static inline bool solve_triangle(const LinkageSides *sides, Vector base, Triangle *triangle) {
     double base_squared = dot(base, base);
     double stretch = (sides->sum_squared - base_squared) + sides->sum_squared_low;
     double fold = (base_squared - sides->difference_squared) - sides->difference_squared_low;
     if (!(stretch > 0.0 && fold > 0.0))
-        return 0;
-    double four_areas = sqrt(stretch * fold);
-    double half_reciprocal = 0.5 / base_squared;
-    double height = four_areas * half_reciprocal; /* over the length of the base */
-    double along_first = (sides->squares_difference + base_squared) * half_reciprocal;
-    double along_second = (sides->squares_difference - base_squared) * half_reciprocal;
-    Vector across = {height * base.y, -height * base.x};
-    dyad->first = plus(scaled(along_first, base), across);
-    dyad->second = plus(scaled(along_second, base), across);
-    dyad->determinant = -0.5 * four_areas;
-    return 1;
+        return false;
+    triangle->four_areas = sqrt(stretch * fold);
+    triangle->per_area = 0.5 / base_squared;
+    triangle->along_first = (sides->squares_difference + base_squared) * triangle->per_area;
+    triangle->along_second = (sides->squares_difference - base_squared) * triangle->per_area;
+    return true;
+}
+
+/* (along - i height) z: what is on a link, where z is what it would be on the base. The root is
+ * multiplied last, since everything waits for it. */
+static inline Vector on_link(double along, const Triangle *triangle, Vector z) {
+    Vector right = {triangle->per_area * z.y, -triangle->per_area * z.x};
+    return plus(scaled(along, z), scaled(triangle->four_areas, right));
+}
+
+static inline void keep_dyad(const Triangle *triangle, Vector base, LinkageDyad *dyad) {
+    dyad->first = on_link(triangle->along_first, triangle, base);
+    dyad->second = on_link(triangle->along_second, triangle, base);
+    dyad->determinant = -0.5 * triangle->four_areas;
 }
 
 /* By how much the base is too long (positive) or too short (negative) for the two links. */
@@ -154,27 +170,30 @@ void linkage_prepare(const LinkageGeometry *g, Linkage *linkage) {
 }
 
 LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose, double *gap) {
-    Vector clockwise = {cos(phi), -sin(phi)};
+    Triangle triangle;
+    Vector along = direction(phi), clockwise = {along.x, -along.y};
     pose->order = -1;
     pose->crank_cd = turned(linkage->crank_cd, clockwise);
     pose->base_turning = turned(linkage->base_ad, clockwise);
 
     Vector base = plus(linkage->pivot_c, pose->base_turning); /* A->D */
-    if (!close_dyad(&linkage->abd, base, &pose->abd)) {
+    if (!solve_triangle(&linkage->abd, base, &triangle)) {
         if (gap != NULL)
             *gap = dyad_gap(&linkage->abd, base);
         return LINKAGE_ABD_OPEN;
     }
-    pose->arm = turned(linkage->arm, pose->abd.second);
+    keep_dyad(&triangle, base, &pose->abd);
+    pose->arm = on_link(triangle.along_second, &triangle, turned(linkage->arm, base));
     pose->joint_e[0] = plus(pose->crank_cd, pose->arm);
 
     base = minus(linkage->pivot_cg, pose->joint_e[0]); /* E->G */
-    if (!close_dyad(&linkage->efg, base, &pose->efg)) {
+    if (!solve_triangle(&linkage->efg, base, &triangle)) {
         if (gap != NULL)
             *gap = dyad_gap(&linkage->efg, base);
         return LINKAGE_EFG_OPEN;
     }
-    pose->nozzle = turned(linkage->nozzle, pose->efg.first);
+    keep_dyad(&triangle, base, &pose->efg);
+    pose->nozzle = on_link(triangle.along_first, &triangle, turned(linkage->nozzle, base));
     pose->tip[0] = plus(linkage->pivot_c, plus(pose->joint_e[0], pose->nozzle));
     pose->order = 0;
     return LINKAGE_CLOSED;
