@@ -14,37 +14,40 @@ static const double TIME_TOLERANCE_ULPS = 16 * 2.22e-16; /* of the time */
 /* ---- modes ------------------------------------------------------------------------------ */
 
 /* Until the first step, outputs belong to the inputs as set. */
-static bool has_stepped(const Component *c) { return c->state.progress.last_step > 0.0; }
+static bool has_stepped(Component *c) { return component_present(c)->last_step > 0.0; }
 
 static const InputDerivatives *derivatives_of(const Component *c, uint32_t reference) {
-    return &c->state.input_derivatives[reference - INTERFACE_FIRST_INPUT];
+    return &c->settings.input_derivatives[reference - INTERFACE_FIRST_INPUT];
 }
 
 static CrankInput crank_input(const Component *c) {
-    return (CrankInput){
-        .phi = c->state.real[VARIABLE_CRANK_PHI],
-        .w = c->state.real[VARIABLE_CRANK_W],
-        .a = c->state.real[VARIABLE_CRANK_A],
-        .at_step_end = c->state.at_step_end != 0,
-        .phi_derivatives = derivatives_of(c, VARIABLE_CRANK_PHI),
-        .w_derivatives = derivatives_of(c, VARIABLE_CRANK_W),
-        .a_derivatives = derivatives_of(c, VARIABLE_CRANK_A),
-    };
+    CrankInput input;
+    input.phi = c->settings.real[VARIABLE_CRANK_PHI];
+    input.w = c->settings.real[VARIABLE_CRANK_W];
+    input.a = c->settings.real[VARIABLE_CRANK_A];
+    input.at_step_end = c->settings.at_step_end != 0;
+    input.has_derivatives = c->settings.derivatives_are_set != 0;
+    if (input.has_derivatives) {
+        input.phi_derivatives = *derivatives_of(c, VARIABLE_CRANK_PHI);
+        input.w_derivatives = *derivatives_of(c, VARIABLE_CRANK_W);
+        input.a_derivatives = *derivatives_of(c, VARIABLE_CRANK_A);
+    }
+    return input;
 }
 
 /* The force on the tip, and its derivatives, `ahead` seconds after the inputs' instant. */
-static void set_force(Component *c, double ahead) {
+static void set_force(const Component *c, double ahead, ComponentProgress *progress) {
     static const uint32_t references[2] = {VARIABLE_TIP_FX, VARIABLE_TIP_FY};
-    double(*force)[2] = c->state.progress.force;
-    if (!c->state.derivatives_are_set) {
-        memset(force, 0, sizeof c->state.progress.force);
-        force[0][0] = c->state.real[VARIABLE_TIP_FX];
-        force[0][1] = c->state.real[VARIABLE_TIP_FY];
+    double(*force)[2] = progress->force;
+    if (!c->settings.derivatives_are_set) {
+        memset(force, 0, sizeof progress->force);
+        force[0][0] = c->settings.real[VARIABLE_TIP_FX];
+        force[0][1] = c->settings.real[VARIABLE_TIP_FY];
         return;
     }
     for (int axis = 0; axis < 2; ++axis) {
         const double *d = derivatives_of(c, references[axis])->value;
-        force[0][axis] = c->state.real[references[axis]] + ahead * (d[0] + ahead * (0.5 * d[1]));
+        force[0][axis] = c->settings.real[references[axis]] + ahead * (d[0] + ahead * (0.5 * d[1]));
         force[1][axis] = d[0] + ahead * d[1];
         force[2][axis] = d[1];
     }
@@ -52,14 +55,13 @@ static void set_force(Component *c, double ahead) {
 
 /* The motions at the start: the inputs as they are. */
 static void follow_inputs(Component *c) {
-    double *real = c->state.real;
-    ComponentProgress *progress = &c->state.progress;
+    double *real = c->settings.real;
+    ComponentProgress *progress = component_present(c);
     progress->crank.end = (CrankMotion){real[VARIABLE_CRANK_PHI], real[VARIABLE_CRANK_W],
                                         real[VARIABLE_CRANK_A], 0.0};
     travel_start(&progress->travel, real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
-                 c->state.at_step_end != 0);
-    set_force(c, 0.0);
-    real[VARIABLE_TIME] = progress->time;
+                 c->settings.at_step_end != 0);
+    set_force(c, 0.0, progress);
     c->pose.order = -1;
     c->fresh = 0;
 }
@@ -67,9 +69,9 @@ static void follow_inputs(Component *c) {
 void component_reset(Component *c) {
     memset(c, 0, sizeof *c);
     for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
-        c->state.real[i] = interface_variables[i].start;
-    c->state.at_step_end = interface_variables[VARIABLE_CRANK_AT_STEP_END].start != 0.0;
-    c->state.mode = MODE_INSTANTIATED;
+        c->settings.real[i] = interface_variables[i].start;
+    c->settings.at_step_end = interface_variables[VARIABLE_CRANK_AT_STEP_END].start != 0.0;
+    c->settings.mode = MODE_INSTANTIATED;
     follow_inputs(c);
 }
 
@@ -81,31 +83,31 @@ ComponentStatus component_set_experiment(Component *c, double start, bool stop_i
                       stop);
         return COMPONENT_ERROR;
     }
-    c->state.progress.time = c->state.real[VARIABLE_TIME] = start;
-    c->state.stop_is_set = stop_is_set;
-    c->state.stop = stop_is_set ? stop : 0.0;
+    c->settings.real[VARIABLE_TIME] = start;
+    c->settings.stop_is_set = stop_is_set;
+    c->settings.stop = stop_is_set ? stop : 0.0;
     return COMPONENT_OK;
 }
 
 ComponentStatus component_enter_initialization(Component *c) {
-    c->state.mode = MODE_INITIALIZATION;
+    c->settings.mode = MODE_INITIALIZATION;
     return COMPONENT_OK;
 }
 
 ComponentStatus component_exit_initialization(Component *c) {
     if (outputs_solve(c, 0) != COMPONENT_OK)
         return COMPONENT_ERROR;
-    if (c->state.at_step_end) {
+    if (c->settings.at_step_end) {
         /* the first step brings the sample of its end, so this one counts */
         CrankInput input = crank_input(c);
-        ComponentProgress *progress = &c->state.progress;
+        ComponentProgress *progress = component_present(c);
         crank_start(&progress->crank, &input);
     }
-    c->state.mode = MODE_STEP;
+    c->settings.mode = MODE_STEP;
     return COMPONENT_OK;
 }
 
-void component_terminate(Component *c) { c->state.mode = MODE_TERMINATED; }
+void component_terminate(Component *c) { c->settings.mode = MODE_TERMINATED; }
 
 /* ---- values ----------------------------------------------------------------------------- */
 
@@ -134,7 +136,7 @@ static bool is_boolean(uint32_t reference) {
 
 /* The ACCESS_ bit that a variable must have to be set now. */
 static uint32_t access_now(const Component *c) {
-    return c->state.mode <= MODE_INITIALIZATION ? ACCESS_BEFORE_START : ACCESS_LATER;
+    return c->settings.mode <= MODE_INITIALIZATION ? ACCESS_BEFORE_START : ACCESS_LATER;
 }
 
 static COMPONENT_RARELY ComponentStatus refuse_setting(Component *c, uint32_t reference) {
@@ -167,7 +169,7 @@ ComponentStatus component_get_real(Component *c, const uint32_t reference[], siz
             return status;
     }
     for (size_t i = 0; i < count; ++i)
-        value[i] = c->state.real[reference[i]];
+        value[i] = c->settings.real[reference[i]];
     return COMPONENT_OK;
 }
 
@@ -195,7 +197,7 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
     if (access == ACCESS_READ_ONLY || zero != 0.0)
         return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
-        c->state.real[reference[i]] = value[i];
+        c->settings.real[reference[i]] = value[i];
     if (!has_stepped(c)) {
         c->linkage_is_ready = 0;
         follow_inputs(c);
@@ -209,7 +211,7 @@ ComponentStatus component_get_boolean(Component *c, const uint32_t reference[], 
         if (!is_boolean(reference[i]))
             return refuse_reference(c, reference[i], "is a real, not a Boolean");
     for (size_t i = 0; i < count; ++i) /* crank.at_step_end is the only one */
-        value[i] = c->state.at_step_end != 0;
+        value[i] = c->settings.at_step_end != 0;
     return COMPONENT_OK;
 }
 
@@ -222,7 +224,7 @@ ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], 
             return refuse_setting(c, reference[i]);
     }
     for (size_t i = 0; i < count; ++i)
-        c->state.at_step_end = value[i] != 0;
+        c->settings.at_step_end = value[i] != 0;
     return COMPONENT_OK;
 }
 
@@ -257,14 +259,14 @@ ComponentStatus component_set_input_derivatives(Component *c, const uint32_t ref
     }
     for (size_t i = 0; i < count; ++i) {
         InputDerivatives *input =
-            &c->state.input_derivatives[reference[i] - INTERFACE_FIRST_INPUT];
+            &c->settings.input_derivatives[reference[i] - INTERFACE_FIRST_INPUT];
         input->value[order[i] - 1] = value[i];
         if (input->order < order[i])
             input->order = order[i];
-        c->state.derivatives_are_set = 1;
+        c->settings.derivatives_are_set = 1;
     }
     if (!has_stepped(c))
-        set_force(c, 0.0);
+        set_force(c, 0.0, component_present(c));
     return COMPONENT_OK;
 }
 
@@ -312,7 +314,7 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
 /* ---- the communication step ---------------------------------------------------------------- */
 
 static ComponentStatus check_step(Component *c, double time, double step) {
-    double expected = c->state.progress.time;
+    double expected = c->settings.real[VARIABLE_TIME];
     double tolerance = TIME_TOLERANCE_STEPS * step + TIME_TOLERANCE_ULPS * fabs(expected);
     if (!(step > 0.0 && step <= DBL_MAX)) {
         message_write(c->message, sizeof c->message,
@@ -325,10 +327,10 @@ static ComponentStatus check_step(Component *c, double time, double step) {
                       expected, fabs(time - expected));
         return COMPONENT_ERROR;
     }
-    if (c->state.stop_is_set && !(time + step <= c->state.stop + tolerance)) {
+    if (c->settings.stop_is_set && !(time + step <= c->settings.stop + tolerance)) {
         message_write(c->message, sizeof c->message,
                       "a step from %g s to %g s: goes %g s beyond the stop time", time,
-                      time + step, time + step - c->state.stop);
+                      time + step, time + step - c->settings.stop);
         return COMPONENT_ERROR;
     }
     return COMPONENT_OK;
@@ -346,7 +348,7 @@ static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, d
         message_write(c->message + length, sizeof c->message - length,
                       "; the same step was discarded before");
     }
-    c->state.mode = MODE_STEP_REFUSED;
+    c->settings.mode = MODE_STEP_REFUSED;
     c->pose.order = -1; /* the pose of the last step is computed anew when it is read */
     c->fresh = EVALUATION_NONE;
     c->step_was_refused = true;
@@ -372,72 +374,70 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     if (status != COMPONENT_OK)
         return status;
 
-    ComponentProgress *progress = &c->state.progress;
+    const ComponentProgress *before = component_present(c);
+    ComponentProgress *after = &c->progress[1 - c->present];
     CrankInput input = crank_input(c);
-    double speed = c->state.real[VARIABLE_MACHINE_V];
     /* the time since the last sample: samples belong to the starts of steps, or to their ends */
-    double gap = input.at_step_end ? step : progress->last_step;
-    bool times_change = gap > 0.0 && sample_times_change(&progress->times, gap);
-    SampleTimes changed;
-    const SampleTimes *times = &progress->times;
+    double gap = input.at_step_end ? step : before->last_step;
+    bool times_change = gap > 0.0 && sample_times_change(&c->settings.times, gap);
+    SampleTimes changed = {{0.0}, {0.0}, 0};
+    const SampleTimes *times = &c->settings.times;
     if (times_change) {
-        changed = progress->times;
+        changed = c->settings.times;
         sample_times_add(&changed, gap);
         times = &changed;
     }
-    Crank crank = progress->crank;
-    int noticed = crank_advance(&crank, times, &input, step);
-    Travel travel = progress->travel;
-    travel_advance(&travel, times, speed, derivatives_of(c, VARIABLE_MACHINE_V),
-                   input.at_step_end, step);
+    after->last_step = step;
+    int noticed = crank_advance(&before->crank, times, &input, step, &after->crank);
+    travel_advance(&before->travel, times, c->settings.real[VARIABLE_MACHINE_V],
+                   derivatives_of(c, VARIABLE_MACHINE_V), input.at_step_end, step, &after->travel);
+    set_force(c, input.at_step_end ? 0.0 : step, after);
 
     /* the sum is not finite where one of them is not */
-    if (!is_finite(crank.end.phi + crank.end.w + crank.end.a + travel.end.s + travel.end.v)) {
+    CrankMotion end = after->crank.end;
+    if (!is_finite(end.phi + end.w + end.a + after->travel.end.s + after->travel.end.v)) {
         message_write(c->message, sizeof c->message,
                       "a step of %g s ends at crank.phi = %g rad, crank.w = %g rad/s, machine.s = "
                       "%g m: beyond all numbers",
-                      step, crank.end.phi, crank.end.w, travel.end.s);
+                      step, end.phi, end.w, after->travel.end.s);
         return COMPONENT_ERROR;
     }
     double open_by;
-    LinkageClosure closure = linkage_place(&c->linkage, crank.end.phi, &c->pose, &open_by);
+    LinkageClosure closure = linkage_place(&c->linkage, end.phi, &c->pose, &open_by);
     if (closure != LINKAGE_CLOSED)
-        return refuse_step(c, time, step, crank.end.phi, closure, open_by);
+        return refuse_step(c, time, step, end.phi, closure, open_by);
 
+    c->has_news = noticed != 0;
     if (noticed)
-        explain_news(c, noticed, progress->crank.phi, crank.phi, time);
+        explain_news(c, noticed, before->crank.phi, after->crank.phi, time);
     if (times_change)
-        progress->times = changed;
-    progress->crank = crank;
-    progress->travel = travel;
-    progress->last_step = step;
-    progress->time = time + step;
-    set_force(c, input.at_step_end ? 0.0 : step);
-
-    if (c->state.derivatives_are_set) {
-        memset(c->state.input_derivatives, 0, sizeof c->state.input_derivatives);
-        c->state.derivatives_are_set = 0;
+        c->settings.times = changed;
+    if (c->settings.derivatives_are_set) {
+        memset(c->settings.input_derivatives, 0, sizeof c->settings.input_derivatives);
+        c->settings.derivatives_are_set = 0;
     }
-    c->state.real[VARIABLE_TIME] = progress->time;
-    c->state.mode = MODE_STEP;
+    c->present = 1 - c->present;
+    c->settings.real[VARIABLE_TIME] = time + step;
+    c->settings.mode = MODE_STEP;
     c->fresh = EVALUATION_NONE;
     c->step_was_refused = false;
-    c->has_news = noticed != 0;
     return COMPONENT_OK;
 }
 
 /* ---- state ---------------------------------------------------------------------------------- */
 
-void component_save(const Component *c, ComponentState *state) {
-    *state = c->state;
+void component_save(Component *c, ComponentState *state) {
+    state->settings = c->settings;
+    state->progress = *component_present(c);
     for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
         if (interface_variables[i].is_output)
-            state->real[i] = 0.0;
-    state->real[VARIABLE_MACHINE_S] = c->state.progress.travel.end.s;
+            state->settings.real[i] = 0.0;
+    state->settings.real[VARIABLE_MACHINE_S] = state->progress.travel.end.s;
 }
 
 void component_restore(Component *c, const ComponentState *state) {
-    c->state = *state;
+    c->settings = state->settings;
+    *component_present(c) = state->progress;
     c->linkage_is_ready = 0;
     c->pose.order = -1;
     c->fresh = EVALUATION_NONE;

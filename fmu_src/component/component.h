@@ -43,40 +43,54 @@ enum { COMPONENT_MESSAGE_SIZE = 320, COMPONENT_MAX_DERIVATIVE = 2 };
 
 /* What one communication step changes. */
 typedef struct {
-    double time;      /* s: the instant that the outputs belong to */
     double last_step; /* s; 0 before the first step */
-    SampleTimes times;
     Crank crank;      /* crank.end is the crank that the outputs belong to */
     Travel travel;    /* travel.end likewise */
     double force[COMPONENT_MAX_DERIVATIVE + 1][2]; /* x, y on the tip; derivatives by time */
 } ComponentProgress;
 
-/* All that an instance remembers: 8-byte members only, no pointers, no padding; its bytes are
- * the same in every process and on every little-endian platform. */
+/* What the host has set, and the values that it reads. */
 typedef struct {
-    double real[INTERFACE_COUNT + 1]; /* by value reference; outputs are 0 when it is saved */
+    double real[INTERFACE_COUNT + 1]; /* by value reference; outputs are 0 when saved */
     InputDerivatives input_derivatives[INTERFACE_INPUT_COUNT]; /* for the next step */
     int64_t derivatives_are_set;
     int64_t at_step_end;
     int64_t stop_is_set;
     double stop;
     int64_t mode;
+    SampleTimes times;
+} ComponentSettings;
+
+/* All that an instance remembers: 8-byte members only, no pointers, no padding; its bytes are
+ * the same in every process and on every little-endian platform. */
+typedef struct {
+    ComponentSettings settings;
     ComponentProgress progress;
 } ComponentState;
 
 typedef struct {
-    ComponentState state;
-    /* derived from the state, and made again when needed */
+    ComponentSettings settings;
+    /* The present, and room for the next step to be prepared in: a refused step leaves no trace,
+     * a good one costs no copy. */
+    ComponentProgress progress[2];
+    uint32_t present;
+
+    /* derived from these, and made again when needed */
     Linkage linkage;
     LinkagePose pose;
     uint32_t linkage_is_ready;
-    uint32_t fresh; /* the EVALUATION_ bits of the outputs whose values in state.real hold */
+    uint32_t fresh; /* the EVALUATION_ bits of the outputs whose values in settings.real hold */
     /* the step refused last: no part of the state, so that restoring cannot make a loop of it */
     double refused_time, refused_step, refused_phi;
     bool step_was_refused;
     bool has_news; /* the last step was done, and message says something about it */
     char message[COMPONENT_MESSAGE_SIZE];
 } Component;
+
+/* What the last step, or the start, led to. */
+static inline ComponentProgress *component_present(Component *component) {
+    return &component->progress[component->present];
+}
 
 /* Start values, mode instantiated: for a new instance and for one that starts again. */
 void component_reset(Component *component);
@@ -125,7 +139,7 @@ ComponentStatus component_get_directional_derivative(Component *component,
 ComponentStatus component_do_step(Component *component, double time, double step);
 
 /* The whole state, without the values that can be computed anew; to be kept or compared. */
-void component_save(const Component *component, ComponentState *state);
+void component_save(Component *component, ComponentState *state);
 void component_restore(Component *component, const ComponentState *state);
 
 /* A saved state as bytes with format version, interface token and checksum. */

@@ -4,7 +4,6 @@
 
 /* One turn as the sum of two doubles, so that unwrapping loses nothing. */
 static const double TURN = 6.283185307179586477, TURN_LOW = 2.4492935982947064e-16;
-static const double HALF_TURN = 3.141592653589793238;
 static const double JUMP = 1.570796326794896619; /* a quarter turn */
 
 CrankMotion crank_motion_after(CrankMotion m, double h) {
@@ -19,123 +18,133 @@ CrankMotion crank_motion_after(CrankMotion m, double h) {
     };
 }
 
-static bool is_given(double rate, const InputDerivatives *derivatives) {
-    return rate != 0.0 || derivatives->value[0] != 0.0 || derivatives->value[1] != 0.0;
+static bool are_set(const CrankInput *input, const InputDerivatives *derivatives) {
+    return input->has_derivatives && derivatives->order > 0;
 }
 
-static CrankSource best_source(const Crank *crank, const CrankInput *input) {
-    if (crank->source == SOURCE_ACCELERATION || is_given(input->a, input->a_derivatives))
+static bool is_given(double rate, const CrankInput *input, const InputDerivatives *derivatives) {
+    return rate != 0.0
+           || (input->has_derivatives
+               && (derivatives->value[0] != 0.0 || derivatives->value[1] != 0.0));
+}
+
+static CrankSource best_source(const Crank *before, const CrankInput *input) {
+    if (before->source == SOURCE_ACCELERATION || is_given(input->a, input, &input->a_derivatives))
         return SOURCE_ACCELERATION;
-    if (crank->source == SOURCE_SPEED || is_given(input->w, input->w_derivatives))
+    if (before->source == SOURCE_SPEED || is_given(input->w, input, &input->w_derivatives))
         return SOURCE_SPEED;
     return SOURCE_ANGLE;
 }
 
-/* The host gives a higher derivative from now on. Its zeros so far are samples if the derivative
- * below it has not changed; if it has, they only say that the higher one was not connected. */
-static void change_source(Crank *crank, CrankSource source) {
-    const Samples *s = &crank->samples;
-    bool is_flat = s->first == 0.0 && s->second == 0.0 && s->third == 0.0;
-    crank->samples = (Samples){.count = is_flat ? s->count : 0};
-    crank->source = source;
-}
-
-static double source_value(const Crank *crank, const CrankInput *input) {
-    switch (crank->source) {
+static double source_value(CrankSource source, const CrankInput *input) {
+    switch (source) {
     case SOURCE_ANGLE: return input->phi;
     case SOURCE_SPEED: return input->w;
     default: return input->a;
     }
 }
 
+/* The samples so far of the source that the host gives now. Where it begins to give a higher
+ * derivative, its zeros so far are samples if the derivative below has not changed; if it has,
+ * they only say that the higher one was not connected. */
+static Samples samples_so_far(const Crank *before, CrankSource source) {
+    Samples samples = before->samples;
+    if (source != before->source) {
+        bool is_flat = samples.first == 0.0 && samples.second == 0.0 && samples.third == 0.0;
+        samples = (Samples){.count = is_flat ? samples.count : 0};
+    }
+    return samples;
+}
+
 /* Degrees of the polynomials: four angles, three speeds or two accelerations reach order 4. */
-static void add_sample(Crank *crank, const SampleTimes *times, const CrankInput *input,
-                       double phi_change) {
-    switch (crank->source) {
+static Samples samples_with(Samples samples, CrankSource source, const SampleTimes *times,
+                            const CrankInput *input, double phi_change) {
+    switch (source) {
     case SOURCE_ANGLE:
-        samples_add(&crank->samples, times, input->phi, phi_change, 3);
+        samples_add(&samples, times, input->phi, phi_change, 3);
         break;
     case SOURCE_SPEED:
-        samples_add(&crank->samples, times, input->w, input->w - crank->samples.newest, 2);
+        samples_add(&samples, times, input->w, input->w - samples.newest, 2);
         break;
     default:
-        samples_add(&crank->samples, times, input->a, input->a - crank->samples.newest, 1);
+        samples_add(&samples, times, input->a, input->a - samples.newest, 1);
         break;
     }
+    return samples;
 }
 
 /* The motion at the newest sample, each derivative from the best source there is. */
-static CrankMotion motion_at_sample(const Crank *crank, const SampleTimes *times,
-                                    const CrankInput *input) {
+static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
+                                    const SampleTimes *times, const CrankInput *input) {
     Derivatives trend;
     CrankMotion motion = {input->phi, input->w, input->a, 0.0};
-    switch (crank->source) {
+    switch (source) {
     case SOURCE_ANGLE:
-        if (input->phi_derivatives->order > 0) {
-            motion.w = input->phi_derivatives->value[0];
-            motion.a = input->phi_derivatives->value[1];
+        if (are_set(input, &input->phi_derivatives)) {
+            motion.w = input->phi_derivatives.value[0];
+            motion.a = input->phi_derivatives.value[1];
         } else {
-            trend = samples_derivatives(&crank->samples, times);
+            trend = samples_derivatives(samples, times);
             motion.w = trend.first;
             motion.a = trend.second;
             motion.jerk = trend.third;
         }
         return motion;
     case SOURCE_SPEED:
-        trend = samples_derivatives(&crank->samples, times);
+        trend = samples_derivatives(samples, times);
         motion.a = trend.first;
         motion.jerk = trend.second;
         break;
     default:
-        motion.jerk = crank->samples.first;
+        motion.jerk = samples->first;
         break;
     }
-    if (input->a_derivatives->order > 0)
-        motion.jerk = input->a_derivatives->value[0];
-    if (input->w_derivatives->order > 0) {
-        motion.a = input->w_derivatives->value[0];
-        motion.jerk = input->w_derivatives->value[1];
+    if (are_set(input, &input->a_derivatives))
+        motion.jerk = input->a_derivatives.value[0];
+    if (are_set(input, &input->w_derivatives)) {
+        motion.a = input->w_derivatives.value[0];
+        motion.jerk = input->w_derivatives.value[1];
     }
     return motion;
 }
 
 void crank_start(Crank *crank, const CrankInput *input) {
     crank->phi = input->phi;
-    samples_start(&crank->samples, source_value(crank, input));
+    samples_start(&crank->samples, source_value((CrankSource)crank->source, input));
 }
 
-int crank_advance(Crank *crank, const SampleTimes *times, const CrankInput *input, double h) {
+int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
+                  double h, Crank *after) {
     int noticed = 0;
-    double change = input->phi - crank->phi;
-    CrankSource source = best_source(crank, input);
-    bool is_first = crank->samples.count == 0;
+    double change = input->phi - before->phi;
+    bool is_first = before->samples.count == 0;
     if (!is_first) {
-        CrankMotion expected = input->at_step_end ? crank_motion_after(crank->end, h) : crank->end;
-        double off = input->phi - expected.phi;
-        if (fabs(off) > HALF_TURN) {
+        double expected = input->at_step_end ? crank_motion_after(before->end, h).phi
+                                             : before->end.phi;
+        double off = input->phi - expected;
+        if (!(fabs(off) <= JUMP)) {
             double turns = floor(off / TURN + 0.5);
             change = (change - turns * TURN) - turns * TURN_LOW;
             off = (off - turns * TURN) - turns * TURN_LOW;
-            noticed = CRANK_UNWRAPPED;
-        }
-        if (!(fabs(off) <= JUMP)) {
-            noticed = CRANK_RESTARTED;
-            is_first = true;
+            is_first = !(fabs(off) <= JUMP);
+            noticed = is_first ? CRANK_RESTARTED : CRANK_UNWRAPPED;
         }
     }
-    if (source != crank->source)
-        change_source(crank, source);
+    CrankSource source = best_source(before, input);
+    Samples samples;
     if (is_first)
-        crank_start(crank, input);
+        samples_start(&samples, source_value(source, input));
     else
-        add_sample(crank, times, input, change);
-    crank->phi = input->phi;
+        samples = samples_with(samples_so_far(before, source), source, times, input, change);
 
-    CrankMotion motion = motion_at_sample(crank, times, input);
-    crank->end = input->at_step_end ? motion : crank_motion_after(motion, h);
-    if (input->phi_derivatives->order > 0 && !input->at_step_end) {
-        const double *derivative = input->phi_derivatives->value;
-        crank->end.phi = input->phi + h * (derivative[0] + h * (0.5 * derivative[1]));
+    CrankMotion motion = motion_at_sample(&samples, source, times, input);
+    after->phi = input->phi;
+    after->source = source;
+    after->samples = samples;
+    after->end = input->at_step_end ? motion : crank_motion_after(motion, h);
+    if (are_set(input, &input->phi_derivatives) && !input->at_step_end) {
+        const double *derivative = input->phi_derivatives.value;
+        after->end.phi = input->phi + h * (derivative[0] + h * (0.5 * derivative[1]));
     }
     return noticed;
 }

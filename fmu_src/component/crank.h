@@ -40,7 +40,8 @@ typedef struct {
 typedef struct {
     double phi, w, a;
     bool at_step_end; /* they belong to the end of the step: nothing is predicted */
-    const InputDerivatives *phi_derivatives, *w_derivatives, *a_derivatives; /* none NULL */
+    bool has_derivatives; /* the host has set some of these */
+    InputDerivatives phi_derivatives, w_derivatives, a_derivatives;
 } CrankInput;
 
 /* What crank_advance noticed, as flags. */
@@ -52,11 +53,12 @@ CrankMotion crank_motion_after(CrankMotion motion, double h);
 /* The first sample of a history: the inputs as they are at the start. */
 void crank_start(Crank *crank, const CrankInput *input);
 
-/* Takes the sample of a step of h > 0 seconds and carries the crank to its end, crank->end.
- * times->gap[0] is the time since the last sample, where there is one.
+/* Takes the sample of a step of h > 0 seconds and carries the crank from before to its end,
+ * after->end. times->gap[0] is the time since the last sample, where there is one.
  * An angle that is off what was expected by whole turns (a host that gives it modulo one turn,
  * say) is taken as continuing; one that is off by more than a quarter of a turn besides is a
  * jump: the history restarts. */
-int crank_advance(Crank *crank, const SampleTimes *times, const CrankInput *input, double h);
+int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
+                  double h, Crank *after);
 
 #endif

@@ -11,7 +11,7 @@ static const double SHORTEST_LINK = 1e-6, LONGEST_LINK = 1e6; /* m */
 
 static ComponentStatus refuse_geometry(Component *c, uint32_t reference, const char *demand) {
     message_write(c->message, sizeof c->message, "%s = %g m: must be %s %g m to %g m",
-                  interface_variables[reference].name, c->state.real[reference], demand,
+                  interface_variables[reference].name, c->settings.real[reference], demand,
                   SHORTEST_LINK, LONGEST_LINK);
     return COMPONENT_ERROR;
 }
@@ -24,7 +24,7 @@ static ComponentStatus check_geometry(Component *c) {
                                     VARIABLE_GEOMETRY_L9};
     static const uint32_t pivots[] = {VARIABLE_GEOMETRY_XC, VARIABLE_GEOMETRY_YC,
                                       VARIABLE_GEOMETRY_XG, VARIABLE_GEOMETRY_YG};
-    const double *real = c->state.real;
+    const double *real = c->settings.real;
     for (size_t i = 0; i < sizeof links / sizeof links[0]; ++i)
         if (!(real[links[i]] >= SHORTEST_LINK && real[links[i]] <= LONGEST_LINK))
             return refuse_geometry(c, links[i], "a link's length,");
@@ -43,7 +43,7 @@ ComponentStatus outputs_prepare(Component *c) {
     ComponentStatus status = check_geometry(c);
     if (status != COMPONENT_OK)
         return status;
-    const double *real = c->state.real;
+    const double *real = c->settings.real;
     LinkageGeometry geometry = {
         .L1 = real[VARIABLE_GEOMETRY_L1],
         .L2 = real[VARIABLE_GEOMETRY_L2],
@@ -91,7 +91,7 @@ ComponentStatus outputs_solve(Component *c, int order) {
     if (status != COMPONENT_OK)
         return status;
     if (c->pose.order < 0) {
-        double phi = c->state.progress.crank.end.phi, gap;
+        double phi = component_present(c)->crank.end.phi, gap;
         LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &gap);
         if (closure != LINKAGE_CLOSED) {
             outputs_explain_gap(c, closure, phi, gap);
@@ -129,52 +129,54 @@ static double machine_by_time(int n, MachineMotion m) {
     }
 }
 
+enum { EVALUATION_MOTION = EVALUATION_POSITION | EVALUATION_VELOCITY | EVALUATION_ACCELERATION };
+
 /* ---- values: one function for each computed_by in interface.toml ------------------------- */
 
 static void component_compute_position(Component *c) {
-    double *real = c->state.real;
+    double *real = c->settings.real;
     Vector r = c->pose.tip[0];
     real[VARIABLE_TIP_X] = r.x;
     real[VARIABLE_TIP_Y] = r.y;
-    real[VARIABLE_GROUND_X] = c->state.progress.travel.end.s + r.x;
+    real[VARIABLE_GROUND_X] = component_present(c)->travel.end.s + r.x;
     real[VARIABLE_GROUND_Y] = r.y;
 }
 
 static void component_compute_velocity(Component *c) {
-    double *real = c->state.real;
-    double w = c->state.progress.crank.end.w;
+    double *real = c->settings.real;
+    double w = component_present(c)->crank.end.w;
     Vector v = {c->pose.tip[1].x * w, c->pose.tip[1].y * w};
     real[VARIABLE_TIP_VX] = v.x;
     real[VARIABLE_TIP_VY] = v.y;
-    real[VARIABLE_GROUND_VX] = c->state.progress.travel.end.v + v.x;
+    real[VARIABLE_GROUND_VX] = component_present(c)->travel.end.v + v.x;
     real[VARIABLE_GROUND_VY] = v.y;
 }
 
 static void component_compute_acceleration(Component *c) {
-    double *real = c->state.real;
-    CrankMotion m = c->state.progress.crank.end;
+    double *real = c->settings.real;
+    CrankMotion m = component_present(c)->crank.end;
     Vector first = c->pose.tip[1], second = c->pose.tip[2];
     double w_squared = m.w * m.w;
     Vector a = {second.x * w_squared + first.x * m.a, second.y * w_squared + first.y * m.a};
     real[VARIABLE_TIP_AX] = a.x;
     real[VARIABLE_TIP_AY] = a.y;
-    real[VARIABLE_GROUND_AX] = c->state.progress.travel.end.a + a.x;
+    real[VARIABLE_GROUND_AX] = component_present(c)->travel.end.a + a.x;
     real[VARIABLE_GROUND_AY] = a.y;
 }
 
 static void component_compute_angle(Component *c) {
-    c->state.real[VARIABLE_TIP_ANGLE] = linkage_nozzle_angle(&c->linkage, &c->pose);
+    c->settings.real[VARIABLE_TIP_ANGLE] = linkage_nozzle_angle(&c->linkage, &c->pose);
 }
 
 static void component_compute_travel(Component *c) {
-    c->state.real[VARIABLE_MACHINE_S] = c->state.progress.travel.end.s;
+    c->settings.real[VARIABLE_MACHINE_S] = component_present(c)->travel.end.s;
 }
 
 /* Virtual work: tau w + F . v = 0 for the massless linkage. */
 static void component_compute_torque(Component *c) {
-    const double *force = c->state.progress.force[0];
+    const double *force = component_present(c)->force[0];
     Vector first = c->pose.tip[1];
-    c->state.real[VARIABLE_CRANK_TAU] = -(force[0] * first.x + force[1] * first.y);
+    c->settings.real[VARIABLE_CRANK_TAU] = -(force[0] * first.x + force[1] * first.y);
 }
 
 static double transmission(const Component *c, int order) {
@@ -186,14 +188,19 @@ static double transmission(const Component *c, int order) {
 }
 
 static void component_compute_margin(Component *c) {
-    c->state.real[VARIABLE_ASSEMBLY_MARGIN] = transmission(c, 0);
+    c->settings.real[VARIABLE_ASSEMBLY_MARGIN] = transmission(c, 0);
+}
+
+/* The highest derivative by phi that the values of some EVALUATION_ bits need. */
+static int order_for(uint32_t evaluations) {
+    if (evaluations & EVALUATION_ACCELERATION)
+        return 2;
+    return evaluations & (EVALUATION_VELOCITY | EVALUATION_TORQUE) ? 1 : 0;
 }
 
 ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
-    if (evaluations & ~(uint32_t)EVALUATION_TRAVEL) {
-        int order = evaluations & EVALUATION_ACCELERATION                         ? 2
-                    : evaluations & (EVALUATION_VELOCITY | EVALUATION_TORQUE)     ? 1
-                                                                                  : 0;
+    int order = order_for(evaluations);
+    if (c->pose.order < order && evaluations != EVALUATION_TRAVEL) {
         ComponentStatus status = outputs_solve(c, order);
         if (status != COMPONENT_OK)
             return status;
@@ -204,14 +211,16 @@ ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
         component_compute_velocity(c);
     if (evaluations & EVALUATION_ACCELERATION)
         component_compute_acceleration(c);
-    if (evaluations & EVALUATION_ANGLE)
-        component_compute_angle(c);
-    if (evaluations & EVALUATION_TRAVEL)
-        component_compute_travel(c);
-    if (evaluations & EVALUATION_TORQUE)
-        component_compute_torque(c);
-    if (evaluations & EVALUATION_MARGIN)
-        component_compute_margin(c);
+    if (evaluations > EVALUATION_MOTION) {
+        if (evaluations & EVALUATION_ANGLE)
+            component_compute_angle(c);
+        if (evaluations & EVALUATION_TRAVEL)
+            component_compute_travel(c);
+        if (evaluations & EVALUATION_TORQUE)
+            component_compute_torque(c);
+        if (evaluations & EVALUATION_MARGIN)
+            component_compute_margin(c);
+    }
     c->fresh |= evaluations;
     return COMPONENT_OK;
 }
@@ -249,8 +258,8 @@ static void coordinate(const LinkagePose *pose, bool is_x, int from, double f[])
 
 ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int order,
                                         double *value) {
-    CrankMotion crank = c->state.progress.crank.end;
-    MachineMotion machine = c->state.progress.travel.end;
+    CrankMotion crank = component_present(c)->crank.end;
+    MachineMotion machine = component_present(c)->travel.end;
     if (reference == VARIABLE_MACHINE_S) {
         *value = machine_by_time(order, machine);
         return COMPONENT_OK;
@@ -280,7 +289,7 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
             coordinate(&c->pose, axis == 0, 1, f);
             double binomial = 1.0;
             for (int k = 0; k <= order; ++k) {
-                power += binomial * c->state.progress.force[order - k][axis] * by_time(k, f, crank);
+                power += binomial * component_present(c)->force[order - k][axis] * by_time(k, f, crank);
                 binomial = binomial * (order - k) / (k + 1);
             }
         }
@@ -291,7 +300,7 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
 
 ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint32_t known,
                                            double *value) {
-    CrankMotion crank = c->state.progress.crank.end;
+    CrankMotion crank = component_present(c)->crank.end;
     TipOutput tip = tip_output(unknown);
     *value = 0.0;
     if (known == VARIABLE_MACHINE_V) {
@@ -315,7 +324,7 @@ ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint3
         else if (known == VARIABLE_CRANK_A)
             *value = tip.order == 2 ? f[1] : 0.0;
     } else if (unknown == VARIABLE_CRANK_TAU) {
-        const double *force = c->state.progress.force[0];
+        const double *force = component_present(c)->force[0];
         if (known == VARIABLE_CRANK_PHI)
             *value = -(force[0] * c->pose.tip[2].x + force[1] * c->pose.tip[2].y);
         else if (known == VARIABLE_TIP_FX)

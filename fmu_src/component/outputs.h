@@ -9,7 +9,7 @@
  * geometry is impossible, COMPONENT_DISCARD where the pose cannot be reached. */
 ComponentStatus outputs_solve(Component *component, int order);
 
-/* Computes the outputs of the EVALUATION_ bits into component->state.real. */
+/* Computes the outputs of the EVALUATION_ bits into component->settings.real. */
 ComponentStatus outputs_evaluate(Component *component, uint32_t evaluations);
 
 /* The derivative of an output by time, order 1 or 2. */

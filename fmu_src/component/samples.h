@@ -13,6 +13,7 @@
 typedef struct {
     double gap[3];
     double per_span[3];
+    int64_t are_equal; /* the gaps, as under a constant step: nothing changes then */
 } SampleTimes;
 
 /* Divided differences of order 1, 2 and 3 at the newest of `count` samples; those for which
@@ -37,9 +38,9 @@ typedef struct {
 /* isfinite, in two instructions where compilers make thirty of it. */
 static inline bool is_finite(double value) { return fabs(value) <= DBL_MAX; }
 
-/* Whether adding this gap would change anything: not so at a constant step. */
+/* Whether adding this gap would change anything. */
 static inline bool sample_times_change(const SampleTimes *times, double gap) {
-    return gap != times->gap[0] || gap != times->gap[1] || gap != times->gap[2];
+    return !(times->are_equal && gap == times->gap[0]);
 }
 
 /* Puts a gap (> 0) before the older ones. */
@@ -51,6 +52,7 @@ static inline void sample_times_add(SampleTimes *times, double gap) {
     times->per_span[0] = 1.0 / gap;
     times->per_span[1] = 1.0 / second;
     times->per_span[2] = 1.0 / third;
+    times->are_equal = gap == times->gap[1] && gap == times->gap[2];
 }
 
 /* Forgets all but one first sample. */

@@ -47,17 +47,18 @@ static bool is_within(int64_t value, int64_t lowest, int64_t highest) {
 
 /* The checksum guards against damage; this, against bytes that were never saved by us. */
 static bool is_sound(const ComponentState *state) {
+    const ComponentSettings *settings = &state->settings;
     const ComponentProgress *progress = &state->progress;
-    bool sound = is_flag(state->derivatives_are_set) && is_flag(state->at_step_end) && is_flag(state->stop_is_set)
-                 && is_within(state->mode, 0, MODE_COUNT - 1)
+    bool sound = is_flag(settings->derivatives_are_set) && is_flag(settings->times.are_equal) && is_flag(settings->at_step_end) && is_flag(settings->stop_is_set)
+                 && is_within(settings->mode, 0, MODE_COUNT - 1)
                  && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
                  && is_within(progress->crank.samples.count, 0, 4)
                  && is_flag(progress->travel.has_sample)
                  && is_flag(progress->travel.ahead_is_known);
     for (size_t i = 0; i < INTERFACE_INPUT_COUNT; ++i)
-        sound = sound && is_within(state->input_derivatives[i].order, 0, COMPONENT_MAX_DERIVATIVE);
+        sound = sound && is_within(settings->input_derivatives[i].order, 0, COMPONENT_MAX_DERIVATIVE);
     for (size_t i = 0; i <= INTERFACE_COUNT; ++i)
-        sound = sound && is_finite(state->real[i]);
+        sound = sound && is_finite(settings->real[i]);
     return sound;
 }
 

@@ -1,40 +1,40 @@
 #include "travel.h"
 
-/* sum + sum_low += distance, keeping what rounding would lose (Knuth's two-sum). */
-static void add(Travel *travel, double distance) {
-    double total = travel->sum + distance;
-    double from_distance = total - travel->sum;
-    double lost = (travel->sum - (total - from_distance)) + (distance - from_distance);
-    travel->sum_low += lost;
-    travel->sum = total;
-}
-
 void travel_start(Travel *travel, double s, double v, bool is_sample) {
     *travel = (Travel){.end = {s, v, 0.0, 0.0}, .v = v, .has_sample = is_sample, .sum = s};
 }
 
-void travel_advance(Travel *travel, const SampleTimes *times, double v,
-                    const InputDerivatives *derivatives, bool at_step_end, double h) {
+void travel_advance(const Travel *before, const SampleTimes *times, double v,
+                    const InputDerivatives *derivatives, bool at_step_end, double h,
+                    Travel *after) {
     static const double SIXTH = 1.0 / 6.0;
-    double slope = 0.0, curvature = 0.0;
-    if (travel->has_sample) {
-        double since = 0.5 * (travel->v + v) * times->gap[0];
-        add(travel, travel->ahead_is_known ? travel->ahead : since);
-        slope = (v - travel->v) * times->per_span[0];
+    double distance = 0.0, slope = 0.0, curvature = 0.0;
+    if (before->has_sample) {
+        distance = before->ahead_is_known ? before->ahead
+                                          : 0.5 * (before->v + v) * times->gap[0];
+        slope = (v - before->v) * times->per_span[0];
     }
-    travel->v = v;
-    travel->has_sample = 1;
-    if (derivatives->order > 0) {
+    /* the sum, and what its rounding would lose (Knuth's two-sum) */
+    double sum = before->sum + distance;
+    double from_distance = sum - before->sum;
+    double lost = (before->sum - (sum - from_distance)) + (distance - from_distance);
+    double sum_low = before->sum_low + lost;
+
+    bool is_known = derivatives->order > 0;
+    if (is_known) {
         slope = derivatives->value[0];
         curvature = derivatives->value[1];
     }
     double beyond = at_step_end ? 0.0 : h;
-    travel->ahead = beyond * (v + beyond * (0.5 * slope + beyond * (SIXTH * curvature)));
-    travel->ahead_is_known = !at_step_end && derivatives->order > 0;
-    travel->end = (MachineMotion){
-        travel->sum + (travel->sum_low + travel->ahead),
-        v + beyond * (slope + beyond * (0.5 * curvature)),
-        slope + beyond * curvature,
-        curvature,
+    double ahead = beyond * (v + beyond * (0.5 * slope + beyond * (SIXTH * curvature)));
+    *after = (Travel){
+        .end = {sum + (sum_low + ahead), v + beyond * (slope + beyond * (0.5 * curvature)),
+                slope + beyond * curvature, curvature},
+        .v = v,
+        .has_sample = 1,
+        .sum = sum,
+        .sum_low = sum_low,
+        .ahead = ahead,
+        .ahead_is_known = is_known && !at_step_end,
     };
 }

@@ -30,8 +30,9 @@ typedef struct {
 /* Distance `s`, speed v; is_sample: the first step brings the second sample, not the first. */
 void travel_start(Travel *travel, double s, double v, bool is_sample);
 
-/* Takes the speed's sample of a step of h > 0 seconds and travels to its end. */
-void travel_advance(Travel *travel, const SampleTimes *times, double v,
-                    const InputDerivatives *derivatives, bool at_step_end, double h);
+/* Takes the speed's sample of a step of h > 0 seconds and travels from before to its end. */
+void travel_advance(const Travel *before, const SampleTimes *times, double v,
+                    const InputDerivatives *derivatives, bool at_step_end, double h,
+                    Travel *after);
 
 #endif

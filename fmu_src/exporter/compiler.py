@@ -29,7 +29,7 @@ WARNINGS = (
 # IEEE arithmetic as written, so that every platform rounds alike: no fused multiply-add, no
 # reassociation. errno is not read, which lets sqrt be one instruction and sin, cos one call.
 # Loops run over a handful of values: vectorizing them costs more than it saves.
-ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-vectorize", "-fno-unroll-loops", "-fno-slp-vectorize", "-fno-sanitize=all")
+ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-vectorize", "-fno-unroll-loops", "-fno-slp-vectorize", "-fomit-frame-pointer", "-fno-sanitize=all")
 
 
 class CompileError(RuntimeError):

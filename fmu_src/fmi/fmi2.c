@@ -77,7 +77,7 @@ static const char *const MODE_NAMES[MODE_COUNT] = {
 };
 
 static bool is_legal(const Instance *instance, int modes) {
-    return (modes >> instance->component.state.mode) & 1;
+    return (modes >> instance->component.settings.mode) & 1;
 }
 
 /* Says why a call is not legal; returns NULL. */
@@ -85,7 +85,7 @@ static COMPONENT_RARELY Instance *refuse_call(const Instance *instance, int mode
                                               const char *function) {
     if (instance != NULL && !is_legal(instance, modes)) {
         char text[80] = "not allowed ";
-        strcat(text, MODE_NAMES[instance->component.state.mode]);
+        strcat(text, MODE_NAMES[instance->component.settings.mode]);
         refuse(instance, function, text);
     } else if (instance != NULL) {
         refuse(instance, function, "an argument is NULL");
@@ -398,7 +398,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *va
         return fmi2Error;
     if (s != fmi2DoStepStatus)
         return refuse_status(instance, "fmi2GetStatus");
-    *value = instance->component.state.mode == MODE_STEP_REFUSED ? fmi2Discard : fmi2OK;
+    *value = instance->component.settings.mode == MODE_STEP_REFUSED ? fmi2Discard : fmi2OK;
     return fmi2OK;
 }
 
@@ -408,7 +408,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
         return fmi2Error;
     if (s != fmi2LastSuccessfulTime)
         return refuse_status(instance, "fmi2GetRealStatus");
-    *value = instance->component.state.progress.time;
+    *value = instance->component.settings.real[VARIABLE_TIME];
     return fmi2OK;
 }
 
