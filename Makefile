@@ -20,7 +20,7 @@ build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
 
 bench: build   ## measure what one communication step costs
-	$(BIN)/python -m scenarios.step_cost
+	$(BIN)/python -m tests.hosts.step_cost
 
 # The environment: locked packages with hashes, then this project in place.
 $(VENV)/ready: requirements.lock pyproject.toml
