@@ -59,8 +59,8 @@ static void follow_inputs(Component *c) {
     ComponentProgress *progress = component_present(c);
     progress->crank.end = (CrankMotion){real[VARIABLE_CRANK_PHI], real[VARIABLE_CRANK_W],
                                         real[VARIABLE_CRANK_A], 0.0};
-    travel_start(&progress->travel, real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
-                 c->settings.at_step_end != 0);
+    progress->travel.end =
+        (MachineMotion){real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V], 0.0, 0.0};
     set_force(c, 0.0, progress);
     c->pose.order = -1;
     c->fresh = 0;
@@ -97,11 +97,14 @@ ComponentStatus component_enter_initialization(Component *c) {
 ComponentStatus component_exit_initialization(Component *c) {
     if (outputs_solve(c, 0) != COMPONENT_OK)
         return COMPONENT_ERROR;
-    if (c->settings.at_step_end) {
-        /* the first step brings the sample of its end, so this one counts */
-        CrankInput input = crank_input(c);
-        ComponentProgress *progress = component_present(c);
+    CrankInput input = crank_input(c);
+    ComponentProgress *progress = component_present(c);
+    travel_start(&progress->travel, c->settings.real[VARIABLE_MACHINE_S],
+                 c->settings.real[VARIABLE_MACHINE_V]);
+    if (input.at_step_end) {
+        /* the first step brings the samples of its end, so these count */
         crank_start(&progress->crank, &input);
+        progress->travel.has_sample = 1;
     }
     c->settings.mode = MODE_STEP;
     return COMPONENT_OK;

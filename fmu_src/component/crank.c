@@ -119,9 +119,12 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
     double change = input->phi - before->phi;
     bool is_first = before->samples.count == 0;
     if (!is_first) {
-        double expected = input->at_step_end ? crank_motion_after(before->end, h).phi
-                                             : before->end.phi;
-        double off = input->phi - expected;
+        CrankMotion expected = before->end;
+        if (input->at_step_end) {
+            expected.phi = before->phi;
+            expected = crank_motion_after(expected, h);
+        }
+        double off = input->phi - expected.phi;
         if (!(fabs(off) <= JUMP)) {
             double turns = floor(off / TURN + 0.5);
             change = (change - turns * TURN) - turns * TURN_LOW;

@@ -1,7 +1,7 @@
 #include "travel.h"
 
-void travel_start(Travel *travel, double s, double v, bool is_sample) {
-    *travel = (Travel){.end = {s, v, 0.0, 0.0}, .v = v, .has_sample = is_sample, .sum = s};
+void travel_start(Travel *travel, double s, double v) {
+    *travel = (Travel){.end = {s, v, 0.0, 0.0}, .v = v, .sum = s};
 }
 
 void travel_advance(const Travel *before, const SampleTimes *times, double v,

@@ -27,8 +27,8 @@ typedef struct {
     int64_t ahead_is_known;    /* it came from input derivatives: keep it */
 } Travel;
 
-/* Distance `s`, speed v; is_sample: the first step brings the second sample, not the first. */
-void travel_start(Travel *travel, double s, double v, bool is_sample);
+/* Distance `s`, speed v, no sample yet. */
+void travel_start(Travel *travel, double s, double v);
 
 /* Takes the speed's sample of a step of h > 0 seconds and travels from before to its end. */
 void travel_advance(const Travel *before, const SampleTimes *times, double v,

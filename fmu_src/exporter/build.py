@@ -1,20 +1,28 @@
-"""What `linkage-fmu build` produces: the FMU, its example input, the twin."""
+"""What `linkage-fmu build` produces: the FMU, its example input, and the twin's FMU."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+import subprocess
+import sys
 import tempfile
+import zipfile
 from collections.abc import Iterable
+from importlib import metadata
 from pathlib import Path
 
-from ..interface import Interface, load_interface
+from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import write_archive
-from .model_description import fmi2_xml
+from .model_description import TWIN, fmi2_xml
 
 PROJECT_ROOT = compiler.SOURCE_ROOT.parent
+
+
+class TwinError(RuntimeError):
+    """PythonFMU could not load the twin's slave; the message is what Python said."""
 
 
 def build_fmi2(output: Path, platforms: Iterable[compiler.Platform]) -> Path:
@@ -30,6 +38,39 @@ def build_fmi2(output: Path, platforms: Iterable[compiler.Platform]) -> Path:
             compiler.compile_library(sources, library, target)
             content[name] = library.read_bytes()
     fmu = output / "fmi2" / f"{interface.model.name}.fmu"
+    write_archive(fmu, content)
+    return fmu
+
+
+def build_twin(output: Path) -> Path:
+    """Write `output`/twin/TransplanterLinkageTwin.fmu by PythonFMU; returns its path.
+
+    PythonFMU's own description knows no units and no dependencies, and its archive the time of
+    day: both are replaced.
+    """
+    interface = load_interface()
+    twin = compiler.SOURCE_ROOT / "twin"
+    slave = twin / "transplanter_linkage_twin.py"
+    beside = [twin / "linkage.py", twin / "motion.py", INTERFACE_FILE.with_suffix(".py"), INTERFACE_FILE]
+    with tempfile.TemporaryDirectory() as folder:
+        # in a process of its own: PythonFMU imports the slave with the files laid flat
+        flat = Path(folder) / "flat"
+        flat.mkdir()
+        for file in (slave, *beside):
+            (flat / file.name).write_bytes(file.read_bytes())
+        raw = Path(folder) / "raw.fmu"
+        command = [sys.executable, "-m", "pythonfmu", "build", "-f", slave.name, "-d", str(raw)]
+        done = subprocess.run([*command, *(file.name for file in beside)], cwd=flat, capture_output=True, text=True)
+        if done.returncode != 0:
+            raise TwinError(f"the twin does not load:\n{done.stderr.strip()}")
+        with zipfile.ZipFile(raw) as archive:
+            content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
+    content["modelDescription.xml"] = fmi2_xml(interface, TWIN)
+    content["documentation/licenses/LICENSE.txt"] = (PROJECT_ROOT / "LICENSE").read_bytes()
+    for file in metadata.files("pythonfmu") or []:
+        if file.name == "LICENSE":  # the archive carries PythonFMU's binaries and modules
+            content["documentation/licenses/PythonFMU.txt"] = file.read_binary()
+    fmu = output / "twin" / f"{interface.model.name}{TWIN.suffix}.fmu"
     write_archive(fmu, content)
     return fmu
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..interface import InterfaceError, load_interface
-from .build import build_fmi2, write_example_input
+from .build import TwinError, build_fmi2, build_twin, write_example_input
 from .compiler import PLATFORMS, CompileError, host_platform
 from .generate import generate
 from .model_description import ModelDescriptionError
@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     try:
         return chosen.run(chosen)
-    except (InterfaceError, ModelDescriptionError, CompileError, OSError) as problem:
+    except (InterfaceError, ModelDescriptionError, CompileError, TwinError, OSError) as problem:
         print(f"linkage-fmu: {problem}", file=sys.stderr)
         return 1
 
@@ -58,6 +58,7 @@ def run_build(chosen: argparse.Namespace) -> int:
     fmu = build_fmi2(chosen.output, platforms or [host_platform()])
     console.print(f"{fmu}  ({', '.join(p.name for p in platforms or [host_platform()])})", highlight=False)
     console.print(str(write_example_input(chosen.output)), highlight=False)
+    console.print(f"{build_twin(chosen.output)}  (Python)", highlight=False)
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
@@ -20,29 +21,52 @@ LOG_CATEGORIES = {
     "logAll": "All of these",
 }
 
-# Each of these has a test in tests/fmi.
-CAPABILITIES = {
-    "canHandleVariableCommunicationStepSize": "true",
-    "canInterpolateInputs": "true",
-    "maxOutputDerivativeOrder": "2",
-    "canGetAndSetFMUstate": "true",
-    "canSerializeFMUstate": "true",
-    "providesDirectionalDerivative": "true",
-}
+
+@dataclass(frozen=True)
+class Edition:
+    """What differs between the FMUs that share the interface; `suffix` makes the model's name."""
+
+    suffix: str
+    remark: str
+    capabilities: dict[str, str]
+
+
+NATIVE = Edition(
+    suffix="",
+    remark="",
+    capabilities={  # each of these has a test in tests/fmi
+        "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": "true",
+        "maxOutputDerivativeOrder": "2",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
+    },
+)
+TWIN = Edition(
+    suffix="Twin",
+    remark=" (readable edition in Python: needs Python with numpy on the host)",
+    capabilities={
+        "needsExecutionTool": "true",
+        "canHandleVariableCommunicationStepSize": "true",
+        "canNotUseMemoryManagementFunctions": "true",
+    },
+)
 
 
 class ModelDescriptionError(ValueError):
     """The XML does not satisfy the FMI schema; the message says where."""
 
 
-def fmi2_xml(interface: Interface) -> bytes:
+def fmi2_xml(interface: Interface, edition: Edition = NATIVE) -> bytes:
     """The document, checked against the FMI 2.0 schema."""
+    name = interface.model.name + edition.suffix
     root = etree.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
-        modelName=interface.model.name,
+        modelName=name,
         guid=interface.token,
-        description=interface.model.description,
+        description=interface.model.description + edition.remark,
         version=project_version(),
         copyright="The Transplanter Linkage FMU developers",
         license="BSD-2-Clause",
@@ -50,7 +74,7 @@ def fmi2_xml(interface: Interface) -> bytes:
         variableNamingConvention="structured",
         numberOfEventIndicators="0",
     )
-    etree.SubElement(root, "CoSimulation", modelIdentifier=interface.model.name, **CAPABILITIES)
+    etree.SubElement(root, "CoSimulation", modelIdentifier=name, **edition.capabilities)
     units = etree.SubElement(root, "UnitDefinitions")
     for unit in interface.units.values():
         _add_unit(units, unit)

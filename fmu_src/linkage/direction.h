@@ -3,7 +3,7 @@
  * The platform's libm would do, but each has its own last digits: with this function an FMU
  * returns the same bits on every platform, and it is faster than the call.
  *
- * Error: below 8.5e-17, each component, for |angle| <= 2e8 rad (30 million turns, 8000 hours of
+ * Error: below 1e-16, each component, for |angle| <= 2e8 rad (30 million turns, 8000 hours of
  * planting at 65 plants a minute); libm's beyond that. The rounding mode is to be round to
  * nearest, as C starts; in another one, which the host may set, it stays below 1e-9. */
 #ifndef DIRECTION_H

@@ -1,0 +1,150 @@
+"""The twin as an FMU: linkage.py and motion.py behind the variables of interface.toml.
+
+PythonFMU loads this file inside the host; the files beside it come along in the FMU's resources. To change the
+mechanism, edit linkage.py; to add an output, declare it in interface.toml and give it a line in `_values`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu.enums import Fmi2Status
+
+if __package__:
+    from ..interface import load_interface
+    from .linkage import Geometry, UnreachablePose, solve
+    from .motion import Crank, CrankMotion, Travel
+else:  # inside the FMU the files lie side by side
+    from interface import load_interface
+    from linkage import Geometry, UnreachablePose, solve
+    from motion import Crank, CrankMotion, Travel
+
+
+class TransplanterLinkageTwin(Fmi2Slave):
+    """One instance; the values of all variables are in `self.values` by name."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.interface = load_interface()
+        self.description = self.interface.model.description + " (readable Python edition)"
+        self.values = {v.name: v.start if v.start is not None else 0.0 for v in self.interface.variables}
+        self.geometry: Geometry | None = None
+        self.crank, self.travel = Crank(), Travel()
+        self.last_step = 0.0  # s; 0 before the first step
+        self.force = (0.0, 0.0)
+        self.refused = None
+        for variable in self.interface.variables:
+            self._register(variable)
+
+    def _register(self, declared) -> None:
+        """Register with the declared value reference, not the one that PythonFMU counts."""
+
+        def read():
+            if declared.kind == "output":
+                self._update()
+            return self.values[declared.name]
+
+        def write(value):
+            self.values[declared.name] = value
+            self.is_fresh = False
+
+        is_state = declared.kind == "output" and declared.start is not None
+        variable = (Boolean if declared.type == "boolean" else Real)(
+            declared.name,
+            causality=Fmi2Causality[declared.kind] if declared.kind != "independent" else Fmi2Causality.local,
+            variability=Fmi2Variability.fixed if declared.kind == "parameter" else Fmi2Variability.continuous,
+            initial=Fmi2Initial.exact if declared.kind == "parameter" or is_state else None,
+            description=declared.text,
+            getter=read,
+            setter=write if declared.start is not None else None,
+        )
+        variable.value_reference = declared.value_reference
+        self.vars[declared.value_reference] = variable
+        self.is_fresh = False
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        self.values["time"] = start_time
+
+    def exit_initialization_mode(self):
+        self._follow_inputs()
+        self._solve(0)  # an impossible geometry or pose raises here
+        self.travel = replace(self.travel, until_sample=self.travel.s)
+        if self.values["crank.at_step_end"]:
+            # the first step brings the samples of its end, so these count
+            self.crank = self.crank.start(*self._crank_inputs())
+            self.travel = replace(self.travel, sample=self.travel.v)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Carry crank and machine to the end of the step; False (Discard) where no pose is there."""
+        at_end = self.values["crank.at_step_end"]
+        gap = step_size if at_end else self.last_step
+        crank = self.crank.advance(*self._crank_inputs(), gap, step_size, at_end)
+        try:
+            solve(self._geometry(), crank.end.phi, order=0)
+        except UnreachablePose as reason:
+            attempt = (current_time, step_size, crank.end.phi)
+            if attempt == self.refused:
+                raise RuntimeError(f"{reason}; the same step was discarded before") from reason
+            self.refused = attempt
+            self.log(str(reason), Fmi2Status.discard)
+            return False
+        self.crank = crank
+        self.travel = self.travel.advance(self.values["machine.v"], gap, step_size, at_end)
+        self.force = (self.values["tip.fx"], self.values["tip.fy"])
+        self.values["time"] = current_time + step_size
+        self.last_step = step_size
+        self.is_fresh = False
+        return True
+
+    def _crank_inputs(self) -> tuple[float, float, float]:
+        return self.values["crank.phi"], self.values["crank.w"], self.values["crank.a"]
+
+    def _follow_inputs(self) -> None:
+        """Before the first step the outputs belong to the inputs as they are set."""
+        self.geometry = None
+        self.crank = replace(self.crank, end=CrankMotion(*self._crank_inputs()))
+        self.travel = replace(self.travel, s=self.values["machine.s"], v=self.values["machine.v"])
+        self.force = (self.values["tip.fx"], self.values["tip.fy"])
+
+    def _geometry(self) -> Geometry:
+        if self.geometry is None:
+            prefix = "geometry."
+            self.geometry = Geometry(
+                **{name[len(prefix):]: value for name, value in self.values.items() if name.startswith(prefix)}
+            )
+        return self.geometry
+
+    def _solve(self, order: int):
+        return solve(self._geometry(), self.crank.end.phi, order)
+
+    def _update(self) -> None:
+        """Compute the outputs, once after each change."""
+        if self.is_fresh:
+            return
+        if self.last_step == 0:
+            self._follow_inputs()
+        solution, crank, travel = self._solve(2), self.crank.end, self.travel
+        tip = solution.tip[0]
+        velocity = solution.velocity(crank.w)
+        acceleration = solution.acceleration(crank.w, crank.a)
+        fx, fy = self.force
+        self.values |= {
+            "tip.x": tip.real,
+            "tip.y": tip.imag,
+            "tip.vx": velocity.real,
+            "tip.vy": velocity.imag,
+            "tip.ax": acceleration.real,
+            "tip.ay": acceleration.imag,
+            "tip.angle": solution.angle[0],
+            "ground.x": travel.s + tip.real,
+            "ground.y": tip.imag,
+            "ground.vx": travel.v + velocity.real,
+            "ground.vy": velocity.imag,
+            "ground.ax": travel.a + acceleration.real,
+            "ground.ay": acceleration.imag,
+            "machine.s": travel.s,
+            "crank.tau": -(fx * solution.tip[1].real + fy * solution.tip[1].imag),
+            "assembly.margin": solution.margin,
+        }
+        self.is_fresh = True
