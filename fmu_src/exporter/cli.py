@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     build.set_defaults(run=run_build)
 
-    generated = commands.add_parser("generate", help="write the tracked files that come from interface.toml")
+    generated = commands.add_parser("generate", help="write the tracked files that are made from others")
     generated.add_argument("--check", action="store_true", help="write nothing; fail where a file is stale")
     generated.set_defaults(run=run_generate)
 

@@ -1,4 +1,4 @@
-"""The tracked files that come from interface.toml, and the check that they are not stale."""
+"""The tracked files that are made from others, and the check that they are not stale."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from ..interface import Interface
 from . import c_interface
 from .compiler import SOURCE_ROOT
+from .drawing import mechanism_svg
 
 README = SOURCE_ROOT.parent / "README.md"
 README_MARKS = ("<!-- interface: generated from fmu_src/interface.toml -->", "<!-- interface: end -->")
@@ -18,6 +19,7 @@ def generated_files(interface: Interface) -> dict[Path, str]:
     return {
         component / "interface.h": c_interface.header(interface),
         component / "interface.c": c_interface.source(interface),
+        SOURCE_ROOT / "linkage.svg": mechanism_svg().decode(),
         README: with_interface_table(README.read_text(encoding="utf-8"), interface),
     }
 

@@ -1,8 +1,9 @@
 """What one communication step costs: `python -m tests.hosts.step_cost`, which is `make bench`.
 
 A C host (step_cost.c) loads the FMU and interleaves rounds of: libm's sincos, the bare core
-(linkage/) alone, and whole steps. Ratios are medians over the rounds of one run, so that a busy
-machine slows both sides alike; nanoseconds are given for orientation only.
+(linkage/) alone, and whole steps. Then fmpy steps the FMU and the twin in turns. Ratios are
+medians over the rounds of one run, so that a busy machine slows both sides alike; nanoseconds are
+given for orientation only.
 """
 
 from __future__ import annotations
@@ -15,9 +16,11 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 import zipfile
 from pathlib import Path
 
+import fmpy
 from rich.console import Console
 from rich.table import Table
 
@@ -43,17 +46,21 @@ MEANING = {
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="step_cost", description=__doc__.splitlines()[0])
     parser.add_argument("--fmu", type=Path, default=Path("build/fmi2/TransplanterLinkage.fmu"))
+    parser.add_argument("--twin", type=Path, default=Path("build/twin/TransplanterLinkageTwin.fmu"))
     parser.add_argument("--output", type=Path, default=Path("build/reports/step_cost"))
     parser.add_argument("--rounds", type=int, default=1001)
     chosen = parser.parse_args(arguments)
-    if not chosen.fmu.exists():
-        print(f"step_cost: {chosen.fmu} is missing: `make build` makes it", file=sys.stderr)
-        return 1
+    for fmu in (chosen.fmu, chosen.twin):
+        if not fmu.exists():
+            print(f"step_cost: {fmu} is missing: `make build` makes it", file=sys.stderr)
+            return 1
     rounds = measure(chosen.fmu, chosen.rounds)
     rows = summarize(rounds)
+    through_fmpy = measure_fmpy([chosen.fmu, chosen.twin])
     heading = f"{processor()}, {platform.system()}, {chosen.rounds} rounds of 2000"
     show(rows, heading)
-    write(rows, rounds, heading, chosen.output)
+    print(through_fmpy)
+    write(rows, rounds, heading, through_fmpy, chosen.output)
     print(f"written to {chosen.output}/")
     return 0
 
@@ -70,6 +77,40 @@ def measure(fmu: Path, rounds: int) -> list[dict[str, float]]:
         command = [str(host), library, load_interface().token, str(rounds)]
         output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(io.StringIO(output))]
+
+
+def measure_fmpy(fmus: list[Path], rounds: int = 15, steps: int = 500) -> str:
+    """The same step through fmpy's FMU objects, a sentence: microseconds of each FMU, and their ratio."""
+    times: list[list[float]] = [[] for _ in fmus]
+    with tempfile.TemporaryDirectory() as folder:
+        hosts = []
+        for fmu in fmus:
+            description = fmpy.read_model_description(str(fmu))
+            unpacked = fmpy.extract(str(fmu), str(Path(folder) / fmu.stem))
+            reference = {v.name: v.valueReference for v in description.modelVariables}
+            hosts.append((fmpy.instantiate_fmu(unpacked, description, "CoSimulation"), reference))
+        for _ in range(rounds):
+            for host, taken in zip(hosts, times, strict=True):
+                taken.append(fmpy_step_time(*host, steps))
+    native, twin = ([statistics.median(taken) * 1e6 for taken in times])
+    ratio = statistics.median(t / n for n, t in zip(*times, strict=True))
+    return f"Through fmpy: FMU {native:.1f} us a step, twin {twin:.0f} us, {ratio:.0f} times as long."
+
+
+def fmpy_step_time(instance, reference: dict[str, int], steps: int) -> float:
+    """Seconds a step: three inputs set, step done, six outputs read."""
+    inputs = [reference[f"crank.{name}"] for name in ("phi", "w", "a")]
+    outputs = [reference[f"tip.{name}"] for name in ("x", "y", "vx", "vy", "ax", "ay")]
+    instance.reset()
+    instance.setupExperiment(startTime=0.0)
+    instance.enterInitializationMode()
+    instance.exitInitializationMode()
+    begin = time.perf_counter()
+    for i in range(steps):
+        instance.setReal(inputs, [i * 6.8e-3, 6.8, 0.01])
+        instance.doStep(i * 1e-3, 1e-3)
+        instance.getReal(outputs)
+    return (time.perf_counter() - begin) / steps
 
 
 def summarize(rounds: list[dict[str, float]]) -> list[dict[str, float | str]]:
@@ -95,11 +136,14 @@ def show(rows: list[dict[str, float | str]], heading: str) -> None:
     Console(width=None if sys.stdout.isatty() else 120).print(table)
 
 
-def write(rows: list[dict[str, float | str]], rounds: list[dict[str, float]], heading: str, output: Path) -> None:
+def write(
+    rows: list[dict[str, float | str]], rounds: list[dict[str, float]], heading: str, remark: str, output: Path
+) -> None:
     output.mkdir(parents=True, exist_ok=True)
     lines = [f"# Cost of a step\n\n{heading}. Written by `make bench`.\n"]
     lines += ["| measurement | ns | / bare core | / sincos |", "|---|---:|---:|---:|"]
     lines += [f"| {r['measurement']} | {r['ns']:.1f} | {r['of core']:.2f} | {r['of sincos']:.2f} |" for r in rows]
+    lines += ["", remark]
     (output / "step_cost.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     with (output / "rounds.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rounds[0].keys())
