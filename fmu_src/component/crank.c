@@ -44,16 +44,14 @@ static double source_value(CrankSource source, const CrankInput *input) {
     }
 }
 
-/* The samples so far of the source that the host gives now. Where it begins to give a higher
- * derivative, its zeros so far are samples if the derivative below has not changed; if it has,
- * they only say that the higher one was not connected. */
-static Samples samples_so_far(const Crank *before, CrankSource source) {
-    Samples samples = before->samples;
-    if (source != before->source) {
-        bool is_flat = samples.first == 0.0 && samples.second == 0.0 && samples.third == 0.0;
-        samples = (Samples){.count = is_flat ? samples.count : 0};
-    }
-    return samples;
+/* The host begins to give a higher derivative. Its zeros so far are samples where the crank did
+ * not change what the host gave; elsewhere they only say that the derivative was not connected.
+ * One sample shows no change: there, a crank that starts from rest has come half as far as one
+ * that ran on, and the limit lies between. */
+static Samples zeros_so_far(const Samples *below, double change, double w, double gap) {
+    bool is_flat = below->first == 0.0 && below->second == 0.0 && below->third == 0.0;
+    bool was_given = is_flat && (below->count > 1 || fabs(change) < 0.75 * fabs(w * gap));
+    return (Samples){.count = was_given ? below->count : 0};
 }
 
 /* Degrees of the polynomials: four angles, three speeds or two accelerations reach order 4. */
@@ -109,8 +107,10 @@ static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
 }
 
 void crank_start(Crank *crank, const CrankInput *input) {
+    CrankSource source = best_source(crank, input);
     crank->phi = input->phi;
-    samples_start(&crank->samples, source_value((CrankSource)crank->source, input));
+    crank->source = source;
+    samples_start(&crank->samples, source_value(source, input));
 }
 
 int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
@@ -134,11 +134,14 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
         }
     }
     CrankSource source = best_source(before, input);
-    Samples samples;
-    if (is_first)
+    Samples samples = before->samples;
+    if (is_first) {
         samples_start(&samples, source_value(source, input));
-    else
-        samples = samples_with(samples_so_far(before, source), source, times, input, change);
+    } else {
+        if (source != before->source)
+            samples = zeros_so_far(&before->samples, change, input->w, times->gap[0]);
+        samples = samples_with(samples, source, times, input, change);
+    }
 
     CrankMotion motion = motion_at_sample(&samples, source, times, input);
     after->phi = input->phi;

@@ -75,26 +75,30 @@ class Crank:
 
     DEGREES = {"phi": 3, "w": 2, "a": 1}
 
+    def _best_source(self, w: float, a: float) -> str:
+        return "a" if a != 0 or self.source == "a" else "w" if w != 0 or self.source == "w" else "phi"
+
     def start(self, phi: float, w: float, a: float) -> Crank:
         """The inputs at the start count as a sample."""
-        values = {"phi": phi, "w": w, "a": a}
-        return replace(self, phi=phi, samples=Samples(self.DEGREES[self.source]).add(values[self.source], 0.0))
+        values, source = {"phi": phi, "w": w, "a": a}, self._best_source(w, a)
+        return replace(self, phi=phi, source=source, samples=Samples(self.DEGREES[source]).add(values[source], 0.0))
 
     def advance(self, phi: float, w: float, a: float, gap: float, h: float, at_step_end: bool) -> Crank:
         """After a step of h seconds with these inputs; `gap` seconds since the last sample."""
-        source = "a" if a != 0 or self.source == "a" else "w" if w != 0 or self.source == "w" else "phi"
-        values = {"phi": phi, "w": w, "a": a}
-        samples = self.samples
-        if source != self.source:
-            # zeros so far are samples if the derivative below did not change, else it was not connected
-            zeros = (0.0,) * len(samples.ages) if samples.are_flat() else ()
-            samples = Samples(self.DEGREES[source], samples.ages[: len(zeros)], zeros)
-        shift = 0.0
+        values, source = {"phi": phi, "w": w, "a": a}, self._best_source(w, a)
+        samples, shift, has_jumped = self.samples, 0.0, False
         if self.phi is not None:
             expected = (replace(self.end, phi=self.phi).after(h) if at_step_end else self.end).phi
             shift = TURN * round((phi - expected) / TURN)
-            if abs(phi - expected - shift) > JUMP:
-                samples = Samples(self.DEGREES[source])
+            has_jumped = abs(phi - expected - shift) > JUMP
+        if source != self.source:
+            # Zeros so far are samples if the crank did not change what was given below, else the derivative was
+            # not connected; one sample shows no change, but from rest the crank comes half as far.
+            is_from_rest = len(samples.ages) > 1 or abs(phi - (self.phi or 0.0) - shift) < 0.75 * abs(w * gap)
+            zeros = (0.0,) * len(samples.ages) if samples.are_flat() and is_from_rest else ()
+            samples = Samples(self.DEGREES[source], samples.ages[: len(zeros)], zeros)
+        if has_jumped:
+            samples = Samples(self.DEGREES[source])
         samples = samples.add(values[source], gap, shift if source == "phi" else 0.0)
 
         trend = samples.derivatives()

@@ -119,6 +119,33 @@ def test_steps_agree_on_every_rung(twin: Host, native: Host, given: tuple[str, .
         assert number < 3 or native.outputs()["tip.x"] != 0
 
 
+@pytest.mark.parametrize("at_step_end", [False, True], ids=["step start", "step end"])
+@pytest.mark.parametrize("begin", [(0, 0), (1, 1), (1, 9), (7, 9), (9, 7)], ids="w at {0[0]}, a at {0[1]}".format)
+@pytest.mark.parametrize("from_rest", [False, True], ids=["running", "from rest"])
+def test_rates_that_are_given_later_agree(
+    twin: Host, native: Host, begin: tuple[int, int], from_rest: bool, at_step_end: bool
+):
+    """crank.w and crank.a begin to be given at some step; before, and at rest, they are 0."""
+    h, jerk = 0.01, 40.0
+    for host in (twin, native):
+        host.start(at_step_end)
+        host.fmu.exitInitializationMode()
+    for number in range(16):
+        time = number * h
+        at = time + h if at_step_end else time
+        if from_rest:
+            phi, w, a = jerk * at**3 / 6, jerk * at**2 / 2, jerk * at
+        else:
+            phi, w, a = angle(at), speed(at), acceleration(at)
+        values = {"crank.phi": phi}
+        values |= {"crank.w": w} if number >= begin[0] else {}
+        values |= {"crank.a": a} if number >= begin[1] else {}
+        for host in (twin, native):
+            host.set(values)
+            host.step(time, h)
+        assert_agree(twin, native, 3e3)
+
+
 def test_before_the_first_step_outputs_follow_the_inputs(twin: Host, native: Host):
     for host in (twin, native):
         host.start()
