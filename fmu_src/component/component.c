@@ -397,18 +397,18 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     set_force(c, input.at_step_end ? 0.0 : step, after);
 
     /* the sum is not finite where one of them is not */
-    CrankMotion end = after->crank.end;
-    if (!is_finite(end.phi + end.w + end.a + after->travel.end.s + after->travel.end.v)) {
+    double phi = after->crank.end.phi, w = after->crank.end.w, a = after->crank.end.a;
+    if (!is_finite(phi + w + a + after->travel.end.s + after->travel.end.v)) {
         message_write(c->message, sizeof c->message,
                       "a step of %g s ends at crank.phi = %g rad, crank.w = %g rad/s, machine.s = "
                       "%g m: beyond all numbers",
-                      step, end.phi, end.w, after->travel.end.s);
+                      step, phi, w, after->travel.end.s);
         return COMPONENT_ERROR;
     }
     double open_by;
-    LinkageClosure closure = linkage_place(&c->linkage, end.phi, &c->pose, &open_by);
+    LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &open_by);
     if (closure != LINKAGE_CLOSED)
-        return refuse_step(c, time, step, end.phi, closure, open_by);
+        return refuse_step(c, time, step, phi, closure, open_by);
 
     c->has_news = noticed != 0;
     if (noticed)

@@ -93,40 +93,40 @@ static inline ComponentProgress *component_present(Component *component) {
 }
 
 /* Start values, mode instantiated: for a new instance and for one that starts again. */
-void component_reset(Component *component);
+INTERNAL void component_reset(Component *component);
 
 /* start: the time of the first communication step in s. */
-ComponentStatus component_set_experiment(Component *component, double start, bool stop_is_set,
+INTERNAL ComponentStatus component_set_experiment(Component *component, double start, bool stop_is_set,
                                          double stop);
-ComponentStatus component_enter_initialization(Component *component);
+INTERNAL ComponentStatus component_enter_initialization(Component *component);
 /* Checks geometry and initial pose. */
-ComponentStatus component_exit_initialization(Component *component);
-void component_terminate(Component *component);
+INTERNAL ComponentStatus component_exit_initialization(Component *component);
+INTERNAL void component_terminate(Component *component);
 
 /* Values by reference: `count` of them, all or none. Reading an output of a pose that cannot be
  * reached is COMPONENT_DISCARD. */
-ComponentStatus component_get_real(Component *component, const uint32_t reference[], size_t count,
+INTERNAL ComponentStatus component_get_real(Component *component, const uint32_t reference[], size_t count,
                                    double value[]);
-ComponentStatus component_set_real(Component *component, const uint32_t reference[], size_t count,
+INTERNAL ComponentStatus component_set_real(Component *component, const uint32_t reference[], size_t count,
                                    const double value[]);
 /* Booleans are 0 (false) or anything else. */
-ComponentStatus component_get_boolean(Component *component, const uint32_t reference[],
+INTERNAL ComponentStatus component_get_boolean(Component *component, const uint32_t reference[],
                                       size_t count, int value[]);
-ComponentStatus component_set_boolean(Component *component, const uint32_t reference[],
+INTERNAL ComponentStatus component_set_boolean(Component *component, const uint32_t reference[],
                                       size_t count, const int value[]);
 
 /* Time derivatives of inputs at the start of the next step, orders 1 and 2; they are used up by
  * that step. */
-ComponentStatus component_set_input_derivatives(Component *component, const uint32_t reference[],
+INTERNAL ComponentStatus component_set_input_derivatives(Component *component, const uint32_t reference[],
                                                 size_t count, const int32_t order[],
                                                 const double value[]);
 /* Time derivatives of outputs, orders 1 and 2, at the end of the last step. */
-ComponentStatus component_get_output_derivatives(Component *component,
+INTERNAL ComponentStatus component_get_output_derivatives(Component *component,
                                                  const uint32_t reference[], size_t count,
                                                  const int32_t order[], double value[]);
 /* sensitivity[i] = sum over k of d unknown[i] / d known[k] times seed[k], at the instant that
  * the outputs belong to. Unknowns: outputs. Knowns: inputs. */
-ComponentStatus component_get_directional_derivative(Component *component,
+INTERNAL ComponentStatus component_get_directional_derivative(Component *component,
                                                      const uint32_t unknown[],
                                                      size_t unknown_count,
                                                      const uint32_t known[], size_t known_count,
@@ -136,17 +136,17 @@ ComponentStatus component_get_directional_derivative(Component *component,
  * step to rounding. A step that ends in an unreachable pose is COMPONENT_DISCARD; the same step
  * with the same inputs tried once more is COMPONENT_ERROR, lest a host try it for ever.
  * component->has_news tells of a jump or wrap of the crank's angle. */
-ComponentStatus component_do_step(Component *component, double time, double step);
+INTERNAL ComponentStatus component_do_step(Component *component, double time, double step);
 
 /* The whole state, without the values that can be computed anew; to be kept or compared. */
-void component_save(Component *component, ComponentState *state);
-void component_restore(Component *component, const ComponentState *state);
+INTERNAL void component_save(Component *component, ComponentState *state);
+INTERNAL void component_restore(Component *component, const ComponentState *state);
 
 /* A saved state as bytes with format version, interface token and checksum. */
-size_t component_serialized_size(void);
-void component_serialize(const ComponentState *state, uint8_t bytes[]);
+INTERNAL size_t component_serialized_size(void);
+INTERNAL void component_serialize(const ComponentState *state, uint8_t bytes[]);
 /* Refuses, with a message, bytes of another size, version, interface or content. */
-ComponentStatus component_deserialize(Component *component, const uint8_t bytes[], size_t size,
+INTERNAL ComponentStatus component_deserialize(Component *component, const uint8_t bytes[], size_t size,
                                       ComponentState *state);
 
 #endif

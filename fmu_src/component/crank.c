@@ -55,20 +55,13 @@ static Samples zeros_so_far(const Samples *below, double change, double w, doubl
 }
 
 /* Degrees of the polynomials: four angles, three speeds or two accelerations reach order 4. */
-static Samples samples_with(Samples samples, CrankSource source, const SampleTimes *times,
-                            const CrankInput *input, double phi_change) {
+static void add_sample(Samples *samples, CrankSource source, const SampleTimes *times,
+                       const CrankInput *input, double phi_change) {
     switch (source) {
-    case SOURCE_ANGLE:
-        samples_add(&samples, times, input->phi, phi_change, 3);
-        break;
-    case SOURCE_SPEED:
-        samples_add(&samples, times, input->w, input->w - samples.newest, 2);
-        break;
-    default:
-        samples_add(&samples, times, input->a, input->a - samples.newest, 1);
-        break;
+    case SOURCE_ANGLE: samples_add(samples, times, input->phi, phi_change, 3); break;
+    case SOURCE_SPEED: samples_add(samples, times, input->w, input->w - samples->newest, 2); break;
+    default: samples_add(samples, times, input->a, input->a - samples->newest, 1); break;
     }
-    return samples;
 }
 
 /* The motion at the newest sample, each derivative from the best source there is. */
@@ -114,7 +107,7 @@ void crank_start(Crank *crank, const CrankInput *input) {
 }
 
 int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
-                  double h, Crank *after) {
+                  double h, Crank *restrict after) {
     int noticed = 0;
     double change = input->phi - before->phi;
     bool is_first = before->samples.count == 0;
@@ -134,19 +127,17 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
         }
     }
     CrankSource source = best_source(before, input);
-    Samples samples = before->samples;
-    if (is_first) {
-        samples_start(&samples, source_value(source, input));
-    } else {
-        if (source != before->source)
-            samples = zeros_so_far(&before->samples, change, input->w, times->gap[0]);
-        samples = samples_with(samples, source, times, input, change);
-    }
-
-    CrankMotion motion = motion_at_sample(&samples, source, times, input);
     after->phi = input->phi;
     after->source = source;
-    after->samples = samples;
+    if (is_first) {
+        samples_start(&after->samples, source_value(source, input));
+    } else {
+        after->samples = source == before->source
+                             ? before->samples
+                             : zeros_so_far(&before->samples, change, input->w, times->gap[0]);
+        add_sample(&after->samples, source, times, input, change);
+    }
+    CrankMotion motion = motion_at_sample(&after->samples, source, times, input);
     after->end = input->at_step_end ? motion : crank_motion_after(motion, h);
     if (are_set(input, &input->phi_derivatives) && !input->at_step_end) {
         const double *derivative = input->phi_derivatives.value;

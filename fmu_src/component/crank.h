@@ -16,6 +16,10 @@
 
 #include "samples.h"
 
+#ifndef INTERNAL /* see linkage.h */
+#define INTERNAL
+#endif
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -48,17 +52,17 @@ typedef struct {
 enum { CRANK_UNWRAPPED = 1, CRANK_RESTARTED = 2 };
 
 /* The motion after h seconds: Taylor's series about `motion`. */
-CrankMotion crank_motion_after(CrankMotion motion, double h);
+INTERNAL CrankMotion crank_motion_after(CrankMotion motion, double h);
 
 /* The first sample of a history: the inputs as they are at the start. */
-void crank_start(Crank *crank, const CrankInput *input);
+INTERNAL void crank_start(Crank *crank, const CrankInput *input);
 
 /* Takes the sample of a step of h > 0 seconds and carries the crank from before to its end,
  * after->end. times->gap[0] is the time since the last sample, where there is one.
  * An angle that is off what was expected by whole turns (a host that gives it modulo one turn,
  * say) is taken as continuing; one that is off by more than a quarter of a turn besides is a
  * jump: the history restarts. */
-int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
-                  double h, Crank *after);
+INTERNAL int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
+                  double h, Crank *restrict after);
 
 #endif

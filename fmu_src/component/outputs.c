@@ -133,48 +133,47 @@ enum { EVALUATION_MOTION = EVALUATION_POSITION | EVALUATION_VELOCITY | EVALUATIO
 
 /* ---- values: one function for each computed_by in interface.toml ------------------------- */
 
-static void component_compute_position(Component *c) {
+static void component_compute_position(Component *c, const ComponentProgress *now) {
     double *real = c->settings.real;
-    Vector r = c->pose.tip[0];
-    real[VARIABLE_TIP_X] = r.x;
-    real[VARIABLE_TIP_Y] = r.y;
-    real[VARIABLE_GROUND_X] = component_present(c)->travel.end.s + r.x;
-    real[VARIABLE_GROUND_Y] = r.y;
+    double x = c->pose.tip[0].x, y = c->pose.tip[0].y;
+    real[VARIABLE_TIP_X] = x;
+    real[VARIABLE_TIP_Y] = y;
+    real[VARIABLE_GROUND_X] = now->travel.end.s + x;
+    real[VARIABLE_GROUND_Y] = y;
 }
 
-static void component_compute_velocity(Component *c) {
+static void component_compute_velocity(Component *c, const ComponentProgress *now) {
     double *real = c->settings.real;
-    double w = component_present(c)->crank.end.w;
-    Vector v = {c->pose.tip[1].x * w, c->pose.tip[1].y * w};
-    real[VARIABLE_TIP_VX] = v.x;
-    real[VARIABLE_TIP_VY] = v.y;
-    real[VARIABLE_GROUND_VX] = component_present(c)->travel.end.v + v.x;
-    real[VARIABLE_GROUND_VY] = v.y;
+    double w = now->crank.end.w;
+    double vx = c->pose.tip[1].x * w, vy = c->pose.tip[1].y * w;
+    real[VARIABLE_TIP_VX] = vx;
+    real[VARIABLE_TIP_VY] = vy;
+    real[VARIABLE_GROUND_VX] = now->travel.end.v + vx;
+    real[VARIABLE_GROUND_VY] = vy;
 }
 
-static void component_compute_acceleration(Component *c) {
+static void component_compute_acceleration(Component *c, const ComponentProgress *now) {
     double *real = c->settings.real;
-    CrankMotion m = component_present(c)->crank.end;
-    Vector first = c->pose.tip[1], second = c->pose.tip[2];
-    double w_squared = m.w * m.w;
-    Vector a = {second.x * w_squared + first.x * m.a, second.y * w_squared + first.y * m.a};
-    real[VARIABLE_TIP_AX] = a.x;
-    real[VARIABLE_TIP_AY] = a.y;
-    real[VARIABLE_GROUND_AX] = component_present(c)->travel.end.a + a.x;
-    real[VARIABLE_GROUND_AY] = a.y;
+    const Vector *tip = c->pose.tip;
+    double w_squared = now->crank.end.w * now->crank.end.w, a = now->crank.end.a;
+    double ax = tip[2].x * w_squared + tip[1].x * a, ay = tip[2].y * w_squared + tip[1].y * a;
+    real[VARIABLE_TIP_AX] = ax;
+    real[VARIABLE_TIP_AY] = ay;
+    real[VARIABLE_GROUND_AX] = now->travel.end.a + ax;
+    real[VARIABLE_GROUND_AY] = ay;
 }
 
 static void component_compute_angle(Component *c) {
     c->settings.real[VARIABLE_TIP_ANGLE] = linkage_nozzle_angle(&c->linkage, &c->pose);
 }
 
-static void component_compute_travel(Component *c) {
-    c->settings.real[VARIABLE_MACHINE_S] = component_present(c)->travel.end.s;
+static void component_compute_travel(Component *c, const ComponentProgress *now) {
+    c->settings.real[VARIABLE_MACHINE_S] = now->travel.end.s;
 }
 
 /* Virtual work: tau w + F . v = 0 for the massless linkage. */
-static void component_compute_torque(Component *c) {
-    const double *force = component_present(c)->force[0];
+static void component_compute_torque(Component *c, const ComponentProgress *now) {
+    const double *force = now->force[0];
     Vector first = c->pose.tip[1];
     c->settings.real[VARIABLE_CRANK_TAU] = -(force[0] * first.x + force[1] * first.y);
 }
@@ -205,19 +204,20 @@ ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
         if (status != COMPONENT_OK)
             return status;
     }
+    const ComponentProgress *now = component_present(c);
     if (evaluations & EVALUATION_POSITION)
-        component_compute_position(c);
+        component_compute_position(c, now);
     if (evaluations & EVALUATION_VELOCITY)
-        component_compute_velocity(c);
+        component_compute_velocity(c, now);
     if (evaluations & EVALUATION_ACCELERATION)
-        component_compute_acceleration(c);
+        component_compute_acceleration(c, now);
     if (evaluations > EVALUATION_MOTION) {
         if (evaluations & EVALUATION_ANGLE)
             component_compute_angle(c);
         if (evaluations & EVALUATION_TRAVEL)
-            component_compute_travel(c);
+            component_compute_travel(c, now);
         if (evaluations & EVALUATION_TORQUE)
-            component_compute_torque(c);
+            component_compute_torque(c, now);
         if (evaluations & EVALUATION_MARGIN)
             component_compute_margin(c);
     }

@@ -6,7 +6,7 @@ void travel_start(Travel *travel, double s, double v) {
 
 void travel_advance(const Travel *before, const SampleTimes *times, double v,
                     const InputDerivatives *derivatives, bool at_step_end, double h,
-                    Travel *after) {
+                    Travel *restrict after) {
     static const double SIXTH = 1.0 / 6.0;
     double distance = 0.0, slope = 0.0, curvature = 0.0;
     if (before->has_sample) {

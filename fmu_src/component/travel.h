@@ -10,6 +10,10 @@
 
 #include "samples.h"
 
+#ifndef INTERNAL /* see linkage.h */
+#define INTERNAL
+#endif
+
 #include <stdbool.h>
 
 /* Distance in m and its derivatives by time. */
@@ -28,11 +32,11 @@ typedef struct {
 } Travel;
 
 /* Distance `s`, speed v, no sample yet. */
-void travel_start(Travel *travel, double s, double v);
+INTERNAL void travel_start(Travel *travel, double s, double v);
 
 /* Takes the speed's sample of a step of h > 0 seconds and travels from before to its end. */
-void travel_advance(const Travel *before, const SampleTimes *times, double v,
+INTERNAL void travel_advance(const Travel *before, const SampleTimes *times, double v,
                     const InputDerivatives *derivatives, bool at_step_end, double h,
-                    Travel *after);
+                    Travel *restrict after);
 
 #endif

@@ -30,12 +30,11 @@ def build_fmi2(output: Path, platforms: Iterable[compiler.Platform]) -> Path:
     interface = load_interface()
     content = {"modelDescription.xml": fmi2_xml(interface)}
     content["documentation/licenses/LICENSE.txt"] = (PROJECT_ROOT / "LICENSE").read_bytes()
-    sources = compiler.LINKAGE_SOURCES + compiler.COMPONENT_SOURCES + compiler.FMI2_SOURCES
     with tempfile.TemporaryDirectory() as folder:
         for target in platforms:
             name = f"binaries/{target.folder}/{interface.model.name}{target.suffix}"
             library = Path(folder) / name
-            compiler.compile_library(sources, library, target)
+            compiler.compile_library((compiler.FMI2_SOURCE,), library, target)
             content[name] = library.read_bytes()
     fmu = output / "fmi2" / f"{interface.model.name}.fmu"
     write_archive(fmu, content)

@@ -56,16 +56,16 @@ def run_build(chosen: argparse.Namespace) -> int:
     names = chosen.platform or []
     platforms = list(PLATFORMS.values()) if "all" in names else [PLATFORMS[name] for name in names]
     fmu = build_fmi2(chosen.output, platforms or [host_platform()])
-    console.print(f"{fmu}  ({', '.join(p.name for p in platforms or [host_platform()])})", highlight=False)
-    console.print(str(write_example_input(chosen.output)), highlight=False)
-    console.print(f"{build_twin(chosen.output)}  (Python)", highlight=False)
+    console.print(f"{fmu}  ({', '.join(p.name for p in platforms or [host_platform()])})", highlight=False, soft_wrap=True)
+    console.print(str(write_example_input(chosen.output)), highlight=False, soft_wrap=True)
+    console.print(f"{build_twin(chosen.output)}  (Python)", highlight=False, soft_wrap=True)
     return 0
 
 
 def run_generate(chosen: argparse.Namespace) -> int:
     stale = generate(load_interface(), write=not chosen.check)
     for path in stale:
-        console.print(f"{path}: {'stale: run linkage-fmu generate' if chosen.check else 'written'}", highlight=False)
+        console.print(f"{path}: {'stale: run linkage-fmu generate' if chosen.check else 'written'}", highlight=False, soft_wrap=True)
     return 1 if stale and chosen.check else 0
 
 
@@ -74,9 +74,9 @@ def run_info(chosen: argparse.Namespace) -> int:
 
     for fmu in chosen.fmu:
         description = fmpy.read_model_description(str(fmu), validate=False)
-        console.print(f"[bold]{fmu}[/bold]: {description.modelName}, FMI {description.fmiVersion}", highlight=False)
-        console.print(description.description or "", highlight=False)
-        console.print(f"binaries: {', '.join(fmpy.supported_platforms(str(fmu)))}", highlight=False)
+        console.print(f"[bold]{fmu}[/bold]: {description.modelName}, FMI {description.fmiVersion}", highlight=False, soft_wrap=True)
+        console.print(description.description or "", highlight=False, soft_wrap=True)
+        console.print(f"binaries: {', '.join(fmpy.supported_platforms(str(fmu)))}", highlight=False, soft_wrap=True)
         table = Table("name", "kind", "unit", "start", "meaning", box=None, pad_edge=False)
         for v in description.modelVariables:
             table.add_row(v.name, v.causality, v.unit or "", v.start or "", v.description or "")
@@ -91,7 +91,7 @@ def run_validate(chosen: argparse.Namespace) -> int:
     for fmu in chosen.fmu:
         problems = validate_fmu(str(fmu))
         failed = failed or bool(problems)
-        console.print(f"{fmu}: {'no problems found' if not problems else ''}", highlight=False)
+        console.print(f"{fmu}: {'no problems found' if not problems else ''}", highlight=False, soft_wrap=True)
         for problem in problems:
-            console.print(f"  {problem}", highlight=False)
+            console.print(f"  {problem}", highlight=False, soft_wrap=True)
     return 1 if failed else 0

@@ -19,7 +19,7 @@ FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 LINKAGE_SOURCES = tuple(sorted((SOURCE_ROOT / "linkage").glob("*.c")))
 COMPONENT_SOURCES = tuple(sorted((SOURCE_ROOT / "component").glob("*.c")))
-FMI2_SOURCES = (SOURCE_ROOT / "fmi" / "fmi2.c",)
+FMI2_SOURCE = SOURCE_ROOT / "fmi" / "fmi2_fmu.c"  # includes all the others
 
 # C99 and the strictest common warnings; no warning passes.
 WARNINGS = (
@@ -28,7 +28,8 @@ WARNINGS = (
 )  # fmt: skip
 # IEEE arithmetic as written, so that every platform rounds alike: no fused multiply-add, no
 # reassociation. errno is not read, which lets sqrt be one instruction and sin, cos one call.
-# Loops run over a handful of values: vectorizing them costs more than it saves.
+# Loops run over a handful of values: vectorizing and unrolling them costs more than it saves, and
+# pairs that were stored one by one are slow to load as vectors.
 ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-vectorize", "-fno-unroll-loops", "-fno-slp-vectorize", "-fomit-frame-pointer", "-fno-sanitize=all")
 
 
@@ -44,11 +45,6 @@ class Platform:
     folder: str
     target: str
     suffix: str
-
-    @property
-    def link_options(self) -> tuple[str, ...]:
-        """Optimization across files where the linker can: not for Windows, not for macOS."""
-        return ("-flto",) if self.suffix == ".so" else ()
 
 
 PLATFORMS = {
@@ -79,7 +75,7 @@ def compile_library(sources: tuple[Path, ...], library: Path, target: Platform, 
     library.parent.mkdir(parents=True, exist_ok=True)
     run_compiler(
         target, "-shared", *(() if target.suffix == ".dll" else ("-fPIC",)), "-fvisibility=hidden", "-s",
-        *target.link_options, *options, "-o", str(library), *map(str, sources),
+        *options, "-o", str(library), *map(str, sources),
     )  # fmt: skip
 
 

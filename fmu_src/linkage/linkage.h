@@ -22,6 +22,12 @@
 #ifndef LINKAGE_H
 #define LINKAGE_H
 
+/* An FMU is compiled as one file, in which the functions of its parts are static
+ * (fmi/fmi2_fmu.c); compiled one by one, the parts are linked. */
+#ifndef INTERNAL
+#define INTERNAL
+#endif
+
 enum { LINKAGE_MAX_ORDER = 4 };
 
 /* A point or vector of the plane, read as the complex number x + iy. */
@@ -84,24 +90,24 @@ typedef enum { LINKAGE_CLOSED, LINKAGE_ABD_OPEN, LINKAGE_EFG_OPEN } LinkageClosu
 
 /* Makes a geometry ready. Lengths L2, L3, L6, L7 must be positive, all values finite; the
  * caller checks (component_check_geometry). */
-void linkage_prepare(const LinkageGeometry *geometry, Linkage *linkage);
+INTERNAL void linkage_prepare(const LinkageGeometry *geometry, Linkage *linkage);
 
 /* Solves the pose at crank angle phi (any finite value): tip[0]; order becomes 0.
  * A dyad that cannot close, or closes at a dead point exactly (where velocities are infinite),
  * is named in the result; `pose` then holds no pose (order -1) and `*gap`, where not NULL, the
  * length in m by which the base is too long (> 0), or too short (< 0), for the two links. */
-LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose, double *gap);
+INTERNAL LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose, double *gap);
 
 /* Raises a solved pose to derivatives up to `order` (at most LINKAGE_MAX_ORDER); what is there
  * already is kept. */
-void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order);
+INTERNAL void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order);
 
 /* Direction of the nozzle axis I->J in rad, counter-clockwise from forward, in (-3pi/2, pi/2]:
  * the turn around straight down. Its derivatives by phi are pose->efg.first_rate[1...order]. */
-double linkage_nozzle_angle(const Linkage *linkage, const LinkagePose *pose);
+INTERNAL double linkage_nozzle_angle(const Linkage *linkage, const LinkagePose *pose);
 
 /* |sine| of the transmission angle of a dyad, 0 at a dead point and 1 where the links are
  * square (order 0), or its derivative by phi (order 1 or 2, less than that of the pose). */
-double linkage_transmission(const LinkageSides *sides, const LinkageDyad *dyad, int order);
+INTERNAL double linkage_transmission(const LinkageSides *sides, const LinkageDyad *dyad, int order);
 
 #endif
