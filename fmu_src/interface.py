@@ -55,6 +55,11 @@ class Variable:
     text: str
 
     @property
+    def is_state(self) -> bool:
+        """An output whose start the user may set: machine.s."""
+        return self.kind == "output" and self.start is not None
+
+    @property
     def identifier(self) -> str:
         """The name as a C and Python identifier: `tip.ax` is `tip_ax`."""
         return self.name.replace(".", "_")
@@ -88,6 +93,7 @@ class Interface:
     model: Model
     units: dict[str, Unit]
     variables: tuple[Variable, ...]
+    log_categories: dict[str, str]
 
     def __getitem__(self, name: str) -> Variable:
         return self._by_name[name]
@@ -105,23 +111,30 @@ class Interface:
         prefix = "geometry."
         return {v.name[len(prefix):]: v.start for v in self.variables if v.name.startswith(prefix)}
 
-    @cached_property
+    @property
     def token(self) -> str:
         """Hash of all that a host can see of the interface; `guid` in FMI 2, the same in C."""
-        digest = hashlib.sha256(repr((self.model, self.units, self.variables)).encode()).hexdigest()
+        return self.edition_token("")
+
+    def edition_token(self, edition: str) -> str:
+        """The token of another FMU with this interface: hosts tell FMUs apart by it."""
+        digest = hashlib.sha256(repr((self, edition)).encode()).hexdigest()
         return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
 
 
 def load_interface(path: Path = INTERFACE_FILE) -> Interface:
     """Read and check interface.toml; raises InterfaceError naming the variable at fault."""
-    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as problem:
+        raise InterfaceError(f"{path.name}: {problem}") from None
     units = {name: _unit(name, dict(entry)) for name, entry in table["units"].items()}
     sets = table["parameter_sets"]
     variables = tuple(
         _variable(reference, dict(entry), units, sets) for reference, entry in enumerate(table["variables"], 1)
     )
     _check(variables)
-    return Interface(Model(**table["model"]), units, variables)
+    return Interface(Model(**table["model"]), units, variables, table["log_categories"])
 
 
 def _unit(name: str, entry: dict) -> Unit:
@@ -130,7 +143,9 @@ def _unit(name: str, entry: dict) -> Unit:
 
 
 def _variable(reference: int, entry: dict, units: dict[str, Unit], sets: dict[str, list[str]]) -> Variable:
-    name = entry.pop("name", f"number {reference}")
+    name = entry.pop("name", None)
+    if name is None:
+        raise InterfaceError(f"{INTERFACE_FILE.name}: number {reference}: 'name' is missing")
     try:
         variable = Variable(
             value_reference=reference,
@@ -179,7 +194,7 @@ def _check(variables: tuple[Variable, ...]) -> None:
             if kind not in DEPENDENCY_KINDS:
                 problems.append(f"dependency kind {kind!r} is none of {DEPENDENCY_KINDS}")
         for known in v.initially:
-            if known not in by_name or by_name[known].start is None or by_name[known].kind == "input":
+            if known not in by_name or not (by_name[known].kind == "parameter" or by_name[known].is_state):
                 problems.append(f"depends initially on {known!r}, which is neither a parameter nor a state")
         if problems:
             raise InterfaceError(f"{INTERFACE_FILE.name}: {v.name}: " + "; ".join(problems))

@@ -3,13 +3,17 @@
 #include "message.h"
 #include "outputs.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* A host's time may be off the end of the last step by its own rounding: i*h against a sum, or
  * a clock that counts nanoseconds. */
 static const double TIME_TOLERANCE_STEPS = 1e-6;      /* of the step */
-static const double TIME_TOLERANCE_ULPS = 16 * 2.22e-16; /* of the time */
+static const double TIME_TOLERANCE_ULPS = 16 * DBL_EPSILON; /* of the time */
+
+/* The fourth power of a speed, over the smallest determinant to the seventh, stays a number. */
+static const double GREATEST_VALUE = 1e60;
 
 /* ---- modes ------------------------------------------------------------------------------ */
 
@@ -17,7 +21,7 @@ static const double TIME_TOLERANCE_ULPS = 16 * 2.22e-16; /* of the time */
 static bool has_stepped(Component *c) { return component_present(c)->last_step > 0.0; }
 
 static const InputDerivatives *derivatives_of(const Component *c, uint32_t reference) {
-    return &c->settings.input_derivatives[reference - INTERFACE_FIRST_INPUT];
+    return &c->settings.input_derivatives[interface_variables[reference].input];
 }
 
 static CrankInput crank_input(const Component *c) {
@@ -25,7 +29,7 @@ static CrankInput crank_input(const Component *c) {
     input.phi = c->settings.real[VARIABLE_CRANK_PHI];
     input.w = c->settings.real[VARIABLE_CRANK_W];
     input.a = c->settings.real[VARIABLE_CRANK_A];
-    input.at_step_end = c->settings.at_step_end != 0;
+    input.at_step_end = c->settings.real[VARIABLE_CRANK_AT_STEP_END] != 0.0;
     input.has_derivatives = c->settings.derivatives_are_set != 0;
     if (input.has_derivatives) {
         input.phi_derivatives = *derivatives_of(c, VARIABLE_CRANK_PHI);
@@ -46,21 +50,28 @@ static void set_force(const Component *c, double ahead, ComponentProgress *progr
         return;
     }
     for (int axis = 0; axis < 2; ++axis) {
-        const double *d = derivatives_of(c, references[axis])->value;
-        force[0][axis] = c->settings.real[references[axis]] + ahead * (d[0] + ahead * (0.5 * d[1]));
-        force[1][axis] = d[0] + ahead * d[1];
-        force[2][axis] = d[1];
+        const InputDerivatives *derivatives = derivatives_of(c, references[axis]);
+        int order = derivatives_order(derivatives);
+        double first = order >= 1 ? derivatives->value[0] : 0.0;
+        double second = order >= 2 ? derivatives->value[1] : 0.0;
+        force[0][axis] =
+            c->settings.real[references[axis]] + ahead * (first + ahead * (0.5 * second));
+        force[1][axis] = first + ahead * second;
+        force[2][axis] = second;
     }
 }
 
 /* The motions at the start: the inputs as they are. */
 static void follow_inputs(Component *c) {
-    double *real = c->settings.real;
+    const double *real = c->settings.real;
     ComponentProgress *progress = component_present(c);
-    progress->crank.end = (CrankMotion){real[VARIABLE_CRANK_PHI], real[VARIABLE_CRANK_W],
-                                        real[VARIABLE_CRANK_A], 0.0};
-    progress->travel.end =
-        (MachineMotion){real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V], 0.0, 0.0};
+    CrankInput input = crank_input(c);
+    const InputDerivatives *speed = derivatives_of(c, VARIABLE_MACHINE_V);
+    int order = derivatives_order(speed);
+    progress->crank.end = crank_motion_of(&input);
+    progress->travel.end = (MachineMotion){real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
+                                           order >= 1 ? speed->value[0] : 0.0,
+                                           order >= 2 ? speed->value[1] : 0.0};
     set_force(c, 0.0, progress);
     c->pose.order = -1;
     c->fresh = 0;
@@ -70,14 +81,13 @@ void component_reset(Component *c) {
     memset(c, 0, sizeof *c);
     for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
         c->settings.real[i] = interface_variables[i].start;
-    c->settings.at_step_end = interface_variables[VARIABLE_CRANK_AT_STEP_END].start != 0.0;
     c->settings.mode = MODE_INSTANTIATED;
     follow_inputs(c);
 }
 
 ComponentStatus component_set_experiment(Component *c, double start, bool stop_is_set,
                                          double stop) {
-    if (!is_finite(start) || (stop_is_set && !(stop >= start))) {
+    if (!is_finite(start) || (stop_is_set && !(stop >= start && is_finite(stop)))) {
         message_write(c->message, sizeof c->message,
                       "start time %g s, stop time %g s: must be finite and in this order", start,
                       stop);
@@ -104,7 +114,7 @@ ComponentStatus component_exit_initialization(Component *c) {
     if (input.at_step_end) {
         /* the first step brings the samples of its end, so these count */
         crank_start(&progress->crank, &input);
-        progress->travel.has_sample = 1;
+        progress->travel.samples = 1;
     }
     c->settings.mode = MODE_STEP;
     return COMPONENT_OK;
@@ -126,8 +136,8 @@ static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t 
 }
 
 static COMPONENT_RARELY ComponentStatus refuse_value(Component *c, uint32_t reference, double value) {
-    message_write(c->message, sizeof c->message, "%s = %g: must be a finite number",
-                  interface_variables[reference].name, value);
+    message_write(c->message, sizeof c->message, "%s = %g: must be a finite number within +-%g",
+                  interface_variables[reference].name, value, GREATEST_VALUE);
     return COMPONENT_ERROR;
 }
 
@@ -137,15 +147,19 @@ static bool is_boolean(uint32_t reference) {
     return is_known(reference) && interface_evaluation[reference] == EVALUATION_NOT_REAL;
 }
 
-/* The ACCESS_ bit that a variable must have to be set now. */
-static uint32_t access_now(const Component *c) {
-    return c->settings.mode <= MODE_INITIALIZATION ? ACCESS_BEFORE_START : ACCESS_LATER;
+/* The ACCESS_ bits of which a variable must have one to be set now. */
+static uint32_t real_access_now(const Component *c) {
+    return c->settings.mode <= MODE_INITIALIZATION ? ACCESS_REAL_BEFORE_START : ACCESS_REAL_LATER;
+}
+
+static uint32_t boolean_access_now(const Component *c) {
+    return c->settings.mode <= MODE_INITIALIZATION ? ACCESS_BOOLEAN_BEFORE_START
+                                                   : ACCESS_BOOLEAN_LATER;
 }
 
 static COMPONENT_RARELY ComponentStatus refuse_setting(Component *c, uint32_t reference) {
     return refuse_reference(c, reference,
-                            (interface_access[reference] | interface_boolean_access[reference])
-                                    == ACCESS_READ_ONLY
+                            interface_access[reference] == ACCESS_READ_ONLY
                                 ? "cannot be set"
                                 : "can be set until the end of initialization only");
 }
@@ -181,24 +195,20 @@ static COMPONENT_RARELY ComponentStatus refuse_values(Component *c, const uint32
     for (;; ++reference, ++value) {
         if (!is_known(*reference) || is_boolean(*reference))
             return refuse_reference(c, *reference, "is a Boolean, not a real");
-        if (!(interface_access[*reference] & access_now(c)))
+        if (!(interface_access[*reference] & real_access_now(c)))
             return refuse_setting(c, *reference);
-        if (!is_finite(*value))
+        if (!(fabs(*value) <= GREATEST_VALUE))
             return refuse_value(c, *reference, *value);
     }
 }
 
 ComponentStatus component_set_real(Component *c, const uint32_t reference[], size_t count,
                                    const double value[]) {
-    uint32_t access = access_now(c);
-    double zero = 0.0; /* not 0 as soon as a value is not finite */
-    for (size_t i = 0; i < count; ++i) {
-        access &= reference[i] <= INTERFACE_COUNT ? interface_access[reference[i]]
-                                                  : (uint32_t)ACCESS_READ_ONLY;
-        zero += 0.0 * value[i];
-    }
-    if (access == ACCESS_READ_ONLY || zero != 0.0)
-        return refuse_values(c, reference, value);
+    uint32_t access = real_access_now(c);
+    for (size_t i = 0; i < count; ++i)
+        if (!(reference[i] <= INTERFACE_COUNT && (interface_access[reference[i]] & access)
+              && fabs(value[i]) <= GREATEST_VALUE))
+            return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
         c->settings.real[reference[i]] = value[i];
     if (!has_stepped(c)) {
@@ -213,8 +223,8 @@ ComponentStatus component_get_boolean(Component *c, const uint32_t reference[], 
     for (size_t i = 0; i < count; ++i)
         if (!is_boolean(reference[i]))
             return refuse_reference(c, reference[i], "is a real, not a Boolean");
-    for (size_t i = 0; i < count; ++i) /* crank.at_step_end is the only one */
-        value[i] = c->settings.at_step_end != 0;
+    for (size_t i = 0; i < count; ++i)
+        value[i] = c->settings.real[reference[i]] != 0.0;
     return COMPONENT_OK;
 }
 
@@ -223,11 +233,11 @@ ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], 
     for (size_t i = 0; i < count; ++i) {
         if (!is_boolean(reference[i]))
             return refuse_reference(c, reference[i], "is a real, not a Boolean");
-        if (!(interface_boolean_access[reference[i]] & access_now(c)))
+        if (!(interface_access[reference[i]] & boolean_access_now(c)))
             return refuse_setting(c, reference[i]);
     }
     for (size_t i = 0; i < count; ++i)
-        c->settings.at_step_end = value[i] != 0;
+        c->settings.real[reference[i]] = value[i] != 0;
     return COMPONENT_OK;
 }
 
@@ -242,7 +252,7 @@ static COMPONENT_RARELY ComponentStatus refuse_order(Component *c, uint32_t refe
 static bool has_order(int32_t order) { return order >= 1 && order <= COMPONENT_MAX_DERIVATIVE; }
 
 static bool is_input(uint32_t reference) {
-    return is_known(reference) && interface_access[reference] == ACCESS_INPUT;
+    return is_known(reference) && interface_variables[reference].input >= 0;
 }
 
 static bool is_output(uint32_t reference) {
@@ -257,19 +267,18 @@ ComponentStatus component_set_input_derivatives(Component *c, const uint32_t ref
             return refuse_reference(c, reference[i], "is no input");
         if (!has_order(order[i]))
             return refuse_order(c, reference[i], order[i]);
-        if (!is_finite(value[i]))
+        if (!(fabs(value[i]) <= GREATEST_VALUE))
             return refuse_value(c, reference[i], value[i]);
     }
     for (size_t i = 0; i < count; ++i) {
         InputDerivatives *input =
-            &c->settings.input_derivatives[reference[i] - INTERFACE_FIRST_INPUT];
+            &c->settings.input_derivatives[interface_variables[reference[i]].input];
         input->value[order[i] - 1] = value[i];
-        if (input->order < order[i])
-            input->order = order[i];
+        input->is_set[order[i] - 1] = 1;
         c->settings.derivatives_are_set = 1;
     }
     if (!has_stepped(c))
-        set_force(c, 0.0, component_present(c));
+        follow_inputs(c);
     return COMPONENT_OK;
 }
 
@@ -282,10 +291,17 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
         if (!has_order(order[i]))
             return refuse_order(c, reference[i], order[i]);
     }
-    for (size_t i = 0; i < count; ++i) {
-        ComponentStatus status = outputs_time_derivative(c, reference[i], order[i], &value[i]);
-        if (status != COMPONENT_OK)
-            return status;
+    /* a first pass for the status, so that values are all given or none */
+    for (int pass = 0; pass < 2; ++pass) {
+        for (size_t i = 0; i < count; ++i) {
+            double derivative;
+            ComponentStatus status =
+                outputs_time_derivative(c, reference[i], order[i], &derivative);
+            if (status != COMPONENT_OK)
+                return status;
+            if (pass == 1)
+                value[i] = derivative;
+        }
     }
     return COMPONENT_OK;
 }
@@ -300,16 +316,20 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
     for (size_t k = 0; k < known_count; ++k)
         if (!is_input(known[k]))
             return refuse_reference(c, known[k], "is no input: no derivative by it");
-    for (size_t i = 0; i < unknown_count; ++i) {
-        double sum = 0.0;
-        for (size_t k = 0; k < known_count; ++k) {
-            double partial;
-            ComponentStatus status = outputs_partial_derivative(c, unknown[i], known[k], &partial);
-            if (status != COMPONENT_OK)
-                return status;
-            sum += partial * seed[k];
+    for (int pass = 0; pass < 2; ++pass) {
+        for (size_t i = 0; i < unknown_count; ++i) {
+            double sum = 0.0;
+            for (size_t k = 0; k < known_count; ++k) {
+                double partial;
+                ComponentStatus status =
+                    outputs_partial_derivative(c, unknown[i], known[k], &partial);
+                if (status != COMPONENT_OK)
+                    return status;
+                sum += partial * seed[k];
+            }
+            if (pass == 1)
+                sensitivity[i] = sum;
         }
-        sensitivity[i] = sum;
     }
     return COMPONENT_OK;
 }
@@ -385,14 +405,23 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     bool times_change = gap > 0.0 && sample_times_change(&c->settings.times, gap);
     SampleTimes changed = {{0.0}, {0.0}, 0};
     const SampleTimes *times = &c->settings.times;
+    const Crank *crank = &before->crank;
+    Crank without_newest;
     if (times_change) {
         changed = c->settings.times;
-        sample_times_add(&changed, gap);
+        if (samples_are_close(gap, step)) {
+            without_newest = *crank;
+            crank_drop_sample(&without_newest, times);
+            crank = &without_newest;
+            sample_times_merge(&changed, gap);
+        } else {
+            sample_times_add(&changed, gap);
+        }
         times = &changed;
     }
     after->last_step = step;
-    int noticed = crank_advance(&before->crank, times, &input, step, &after->crank);
-    travel_advance(&before->travel, times, c->settings.real[VARIABLE_MACHINE_V],
+    int noticed = crank_advance(crank, times, &input, step, &after->crank);
+    travel_advance(&before->travel, gap, c->settings.real[VARIABLE_MACHINE_V],
                    derivatives_of(c, VARIABLE_MACHINE_V), input.at_step_end, step, &after->travel);
     set_force(c, input.at_step_end ? 0.0 : step, after);
 

@@ -41,7 +41,7 @@ typedef enum {
 
 enum { COMPONENT_MESSAGE_SIZE = 320, COMPONENT_MAX_DERIVATIVE = 2 };
 
-/* What one communication step changes. */
+/* What one communication step changes, besides the spacing of the samples. */
 typedef struct {
     double last_step; /* s; 0 before the first step */
     Crank crank;      /* crank.end is the crank that the outputs belong to */
@@ -49,16 +49,16 @@ typedef struct {
     double force[COMPONENT_MAX_DERIVATIVE + 1][2]; /* x, y on the tip; derivatives by time */
 } ComponentProgress;
 
-/* What the host has set, and the values that it reads. */
+/* What the host has set and reads, and what seldom changes. */
 typedef struct {
-    double real[INTERFACE_COUNT + 1]; /* by value reference; outputs are 0 when saved */
+    double real[INTERFACE_COUNT + 1]; /* by value reference; Booleans are 0 or 1; outputs are 0
+                                       * when saved */
     InputDerivatives input_derivatives[INTERFACE_INPUT_COUNT]; /* for the next step */
     int64_t derivatives_are_set;
-    int64_t at_step_end;
     int64_t stop_is_set;
     double stop;
     int64_t mode;
-    SampleTimes times;
+    SampleTimes times; /* of the crank's samples */
 } ComponentSettings;
 
 /* All that an instance remembers: 8-byte members only, no pointers, no padding; its bytes are
@@ -103,7 +103,8 @@ INTERNAL ComponentStatus component_enter_initialization(Component *component);
 INTERNAL ComponentStatus component_exit_initialization(Component *component);
 INTERNAL void component_terminate(Component *component);
 
-/* Values by reference: `count` of them, all or none. Reading an output of a pose that cannot be
+/* Values by reference: `count` of them, all or none. Reals are finite and at most 1e60 in
+ * magnitude, so that no output can overflow. Reading an output of a pose that cannot be
  * reached is COMPONENT_DISCARD. */
 INTERNAL ComponentStatus component_get_real(Component *component, const uint32_t reference[], size_t count,
                                    double value[]);

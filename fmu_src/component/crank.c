@@ -19,21 +19,21 @@ CrankMotion crank_motion_after(CrankMotion m, double h) {
 }
 
 static bool are_set(const CrankInput *input, const InputDerivatives *derivatives) {
-    return input->has_derivatives && derivatives->order > 0;
+    return input->has_derivatives && derivatives_order(derivatives) > 0;
 }
 
 static bool is_given(double rate, const CrankInput *input, const InputDerivatives *derivatives) {
     return rate != 0.0
-           || (input->has_derivatives
+           || (are_set(input, derivatives)
                && (derivatives->value[0] != 0.0 || derivatives->value[1] != 0.0));
 }
 
 static CrankSource best_source(const Crank *before, const CrankInput *input) {
-    if (before->source == SOURCE_ACCELERATION || is_given(input->a, input, &input->a_derivatives))
+    if (before->source == SOURCE_ACCELERATION)
         return SOURCE_ACCELERATION;
-    if (before->source == SOURCE_SPEED || is_given(input->w, input, &input->w_derivatives))
-        return SOURCE_SPEED;
-    return SOURCE_ANGLE;
+    if (before->source == SOURCE_ANGLE && !is_given(input->w, input, &input->w_derivatives))
+        return SOURCE_ANGLE;
+    return is_given(input->a, input, &input->a_derivatives) ? SOURCE_ACCELERATION : SOURCE_SPEED;
 }
 
 static double source_value(CrankSource source, const CrankInput *input) {
@@ -77,7 +77,7 @@ static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
         } else {
             trend = samples_derivatives(samples, times);
             motion.w = trend.first;
-            motion.a = trend.second;
+            motion.a = input->a != 0.0 ? input->a : trend.second;
             motion.jerk = trend.third;
         }
         return motion;
@@ -97,6 +97,23 @@ static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
         motion.jerk = input->w_derivatives.value[1];
     }
     return motion;
+}
+
+CrankMotion crank_motion_of(const CrankInput *input) {
+    static const SampleTimes no_times;
+    static const Samples no_samples;
+    static const Crank no_crank;
+    CrankMotion motion =
+        motion_at_sample(&no_samples, best_source(&no_crank, input), &no_times, input);
+    if (input->w == 0.0 && input->a != 0.0)
+        motion.a = input->a;
+    return motion;
+}
+
+void crank_drop_sample(Crank *crank, const SampleTimes *times) {
+    double step = samples_drop(&crank->samples, times);
+    if (crank->source == SOURCE_ANGLE)
+        crank->phi -= step;
 }
 
 void crank_start(Crank *crank, const CrankInput *input) {

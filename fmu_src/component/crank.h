@@ -7,10 +7,10 @@
  *   1. its input derivatives:  exactly the polynomial that they say;
  *   2. crank.w and crank.a:    Taylor's series; the slope of the last two crank.a gives one term
  *                              more; a missing crank.a comes from the parabola through the last
- *                              three crank.w;
+ *                              three crank.w; a missing crank.w, from the angles;
  *   3. the angle alone:        the cubic through the last four angles (fewer at the start).
  *
- * Angle error after a step of h: order 3 with two input derivatives, order 4 otherwise. */
+ * Angle error after a step of h: order 2 with one input derivative, 3 with two, 4 otherwise. */
 #ifndef CRANK_H
 #define CRANK_H
 
@@ -28,8 +28,8 @@ typedef struct {
     double phi, w, a, jerk;
 } CrankMotion;
 
-/* The highest derivative that the host gives: crank.w and crank.a count from the moment that
- * they are not 0. Its samples continue the motion beyond what it says itself. */
+/* What the samples are of that continue the motion beyond what the host says itself: the angle;
+ * the speed, from the moment that it is not 0; with it the acceleration, likewise. */
 typedef enum { SOURCE_ANGLE, SOURCE_SPEED, SOURCE_ACCELERATION } CrankSource;
 
 /* All that the prediction remembers. Plain data: 8-byte members only. */
@@ -54,8 +54,14 @@ enum { CRANK_UNWRAPPED = 1, CRANK_RESTARTED = 2 };
 /* The motion after h seconds: Taylor's series about `motion`. */
 INTERNAL CrankMotion crank_motion_after(CrankMotion motion, double h);
 
+/* The motion that the inputs tell by themselves, before the first step. */
+INTERNAL CrankMotion crank_motion_of(const CrankInput *input);
+
 /* The first sample of a history: the inputs as they are at the start. */
 INTERNAL void crank_start(Crank *crank, const CrankInput *input);
+
+/* Takes the newest sample away, for one that follows it too closely. */
+INTERNAL void crank_drop_sample(Crank *crank, const SampleTimes *times);
 
 /* Takes the sample of a step of h > 0 seconds and carries the crank from before to its end,
  * after->end. times->gap[0] is the time since the last sample, where there is one.

@@ -7,7 +7,10 @@
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
-#define INTERFACE_TOKEN "{6b414662-7400-a3c0-5d4d-daacc3dda499}"
+#define INTERFACE_TOKEN "{86ef7cac-3abd-7d2e-83f9-1041eb5305ea}"
+
+/* Names of the categories under which messages are logged. */
+#define INTERFACE_LOG_CATEGORIES "logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"
 
 /* Value references. */
 enum {
@@ -54,7 +57,6 @@ enum {
     VARIABLE_GEOMETRY_THETA9 = 41,
     VARIABLE_CRANK_AT_STEP_END = 42,
     INTERFACE_COUNT = 42,
-    INTERFACE_FIRST_INPUT = 2,
     INTERFACE_INPUT_COUNT = 6
 };
 
@@ -68,22 +70,28 @@ enum {
     EVALUATION_TORQUE = 32,
     EVALUATION_MARGIN = 64,
     EVALUATION_NONE = 0,
-    EVALUATION_NOT_REAL = 128 /* in the same place: no real at all */
+    EVALUATION_NOT_REAL = 1 << 15 /* in the same place: no real at all */
 };
 
 /* When a variable may be set, as bits: until the end of initialization, and from then on. */
-enum { ACCESS_READ_ONLY = 0, ACCESS_BEFORE_START = 1, ACCESS_LATER = 2, ACCESS_INPUT = 3 };
+enum {
+    ACCESS_READ_ONLY = 0,
+    ACCESS_REAL_BEFORE_START = 1,
+    ACCESS_REAL_LATER = 2,
+    ACCESS_BOOLEAN_BEFORE_START = 4,
+    ACCESS_BOOLEAN_LATER = 8
+};
 
 typedef struct {
     const char *name;
     double start;
+    int input; /* the number of an input among the inputs, else -1 */
     int is_output;
 } InterfaceVariable;
 
 /* By value reference; number 0 is no variable. The last two are what every step looks up. */
 extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
-extern const uint8_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
-extern const uint8_t interface_access[INTERFACE_COUNT + 1];     /* ACCESS_ of reals, else 0 */
-extern const uint8_t interface_boolean_access[INTERFACE_COUNT + 1]; /* of Booleans, else 0 */
+extern const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
+extern const uint8_t interface_access[INTERFACE_COUNT + 1];      /* ACCESS_ */
 
 #endif

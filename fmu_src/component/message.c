@@ -1,6 +1,7 @@
 #include "message.h"
 
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,11 +10,11 @@ enum { NUMBER_SIZE = 48 };
 
 /* printf and strtod follow the host's locale, whose decimal point may be a comma and more than
  * one byte long: everything that is not a digit, sign or letter becomes one point. */
-static void number_text(double value, char text[NUMBER_SIZE]) {
+static void number_text(double value, bool is_rounded, char text[NUMBER_SIZE]) {
     char local[NUMBER_SIZE];
     for (int digits = 6; digits <= 17; ++digits) {
         snprintf(local, sizeof local, "%.*g", digits, value);
-        if (strtod(local, NULL) == value)
+        if (is_rounded || strtod(local, NULL) == value)
             break;
     }
     char *out = text;
@@ -37,8 +38,8 @@ void message_write(char *text, size_t size, const char *format, ...) {
             ++f;
             if (*f == 's')
                 source = va_arg(arguments, const char *);
-            else if (*f == 'g')
-                number_text(va_arg(arguments, double), piece);
+            else if (*f == 'g' || *f == 'G')
+                number_text(va_arg(arguments, double), *f == 'G', piece);
             else
                 snprintf(piece, sizeof piece, "%u", va_arg(arguments, unsigned));
             if (source == NULL)

@@ -16,7 +16,7 @@
 
 /* Writes a text of at most size - 1 characters. format knows %s (a NULL shows as "(null)"),
  * %u (unsigned) and %g (double: as many of 17 digits as it takes to tell it from its
- * neighbours, with a decimal point), nothing else. */
+ * neighbours, with a decimal point), %G (double, 6 digits), nothing else. */
 INTERNAL void message_write(char *text, size_t size, const char *format, ...) MESSAGE_FORMAT(3, 4);
 
 #endif

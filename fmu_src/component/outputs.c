@@ -9,10 +9,11 @@ static const double SHORTEST_LINK = 1e-6, LONGEST_LINK = 1e6; /* m */
 
 /* ---- geometry and pose ----------------------------------------------------------------- */
 
-static ComponentStatus refuse_geometry(Component *c, uint32_t reference, const char *demand) {
+static ComponentStatus refuse_geometry(Component *c, uint32_t reference, const char *demand,
+                                       double lowest) {
     message_write(c->message, sizeof c->message, "%s = %g m: must be %s %g m to %g m",
-                  interface_variables[reference].name, c->settings.real[reference], demand,
-                  SHORTEST_LINK, LONGEST_LINK);
+                  interface_variables[reference].name, c->settings.real[reference], demand, lowest,
+                  LONGEST_LINK);
     return COMPONENT_ERROR;
 }
 
@@ -27,13 +28,13 @@ static ComponentStatus check_geometry(Component *c) {
     const double *real = c->settings.real;
     for (size_t i = 0; i < sizeof links / sizeof links[0]; ++i)
         if (!(real[links[i]] >= SHORTEST_LINK && real[links[i]] <= LONGEST_LINK))
-            return refuse_geometry(c, links[i], "a link's length,");
+            return refuse_geometry(c, links[i], "from", SHORTEST_LINK);
     for (size_t i = 0; i < sizeof arms / sizeof arms[0]; ++i)
         if (real[arms[i]] != 0.0 && !(real[arms[i]] >= SHORTEST_LINK && real[arms[i]] <= LONGEST_LINK))
-            return refuse_geometry(c, arms[i], "0 or a length,");
+            return refuse_geometry(c, arms[i], "0 or from", SHORTEST_LINK);
     for (size_t i = 0; i < sizeof pivots / sizeof pivots[0]; ++i)
         if (!(fabs(real[pivots[i]]) <= LONGEST_LINK))
-            return refuse_geometry(c, pivots[i], "of a magnitude from");
+            return refuse_geometry(c, pivots[i], "from", -LONGEST_LINK);
     return COMPONENT_OK;
 }
 
@@ -81,7 +82,7 @@ void outputs_explain_gap(Component *c, LinkageClosure closure, double phi, doubl
     else
         message_write(c->message, sizeof c->message,
                       "the linkage cannot be closed: dyad %s at crank.phi = %g rad, where distance "
-                      "%s is %g mm too %s for the two links",
+                      "%s is %G mm too %s for the two links",
                       is_abd ? "ABD" : "EFG", phi, base, 1000.0 * fabs(gap),
                       gap > 0.0 ? "long" : "short");
 }
@@ -175,7 +176,7 @@ static void component_compute_travel(Component *c, const ComponentProgress *now)
 static void component_compute_torque(Component *c, const ComponentProgress *now) {
     const double *force = now->force[0];
     Vector first = c->pose.tip[1];
-    c->settings.real[VARIABLE_CRANK_TAU] = -(force[0] * first.x + force[1] * first.y);
+    c->settings.real[VARIABLE_CRANK_TAU] = 0.0 - (force[0] * first.x + force[1] * first.y);
 }
 
 static double transmission(const Component *c, int order) {
@@ -251,6 +252,13 @@ static TipOutput tip_output(uint32_t reference) {
     }
 }
 
+/* An output that was declared without saying here what its derivatives are. */
+static ComponentStatus refuse_derivative(Component *c, uint32_t reference) {
+    message_write(c->message, sizeof c->message, "%s: its derivatives are not known",
+                  interface_variables[reference].name);
+    return COMPONENT_ERROR;
+}
+
 static void coordinate(const LinkagePose *pose, bool is_x, int from, double f[]) {
     for (int k = from; k <= pose->order; ++k)
         f[k - from] = is_x ? pose->tip[k].x : pose->tip[k].y;
@@ -283,7 +291,7 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
         f[1] = transmission(c, 1);
         f[2] = order > 1 ? transmission(c, 2) : 0.0;
         *value = by_time(order, f, crank);
-    } else { /* crank.tau = -(F . r'), by the product rule */
+    } else if (reference == VARIABLE_CRANK_TAU) { /* -(F . r'), by the product rule */
         double power = 0.0;
         for (int axis = 0; axis < 2; ++axis) {
             coordinate(&c->pose, axis == 0, 1, f);
@@ -293,7 +301,9 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
                 binomial = binomial * (order - k) / (k + 1);
             }
         }
-        *value = -power;
+        *value = 0.0 - power;
+    } else {
+        return refuse_derivative(c, reference);
     }
     return COMPONENT_OK;
 }
@@ -331,8 +341,12 @@ ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint3
             *value = -c->pose.tip[1].x;
         else if (known == VARIABLE_TIP_FY)
             *value = -c->pose.tip[1].y;
-    } else if (known == VARIABLE_CRANK_PHI) {
-        *value = unknown == VARIABLE_TIP_ANGLE ? c->pose.efg.first_rate[1] : transmission(c, 1);
+    } else if (unknown == VARIABLE_TIP_ANGLE) {
+        *value = known == VARIABLE_CRANK_PHI ? c->pose.efg.first_rate[1] : 0.0;
+    } else if (unknown == VARIABLE_ASSEMBLY_MARGIN) {
+        *value = known == VARIABLE_CRANK_PHI ? transmission(c, 1) : 0.0;
+    } else {
+        return refuse_derivative(c, unknown);
     }
     return COMPONENT_OK;
 }

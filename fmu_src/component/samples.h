@@ -32,11 +32,20 @@ typedef struct {
 /* The time derivatives of order 1 and 2 that a host has set with an input's value. */
 typedef struct {
     double value[2];
-    int64_t order; /* the highest one set; 0: none */
+    int64_t is_set[2];
 } InputDerivatives;
+
+/* How many of them count: one of order 2 says nothing without the one of order 1. */
+static inline int derivatives_order(const InputDerivatives *derivatives) {
+    return derivatives->is_set[0] ? (derivatives->is_set[1] ? 2 : 1) : 0;
+}
 
 /* isfinite, in two instructions where compilers make thirty of it. */
 static inline bool is_finite(double value) { return fabs(value) <= DBL_MAX; }
+
+/* Whether a sample is too near to the next one for a step of h: over the short time between
+ * them a jump looks like a slope without bounds. */
+static inline bool samples_are_close(double gap, double h) { return gap < 0.05 * h; }
 
 /* Whether adding this gap would change anything. */
 static inline bool sample_times_change(const SampleTimes *times, double gap) {
@@ -53,6 +62,13 @@ static inline void sample_times_add(SampleTimes *times, double gap) {
     times->per_span[1] = 1.0 / second;
     times->per_span[2] = 1.0 / third;
     times->are_equal = gap == times->gap[1] && gap == times->gap[2];
+}
+
+/* Lengthens the newest gap by another one: the sample between them was taken away. */
+static inline void sample_times_merge(SampleTimes *times, double gap) {
+    SampleTimes older = {{times->gap[1], times->gap[2], 0.0}, {0.0}, 0};
+    sample_times_add(&older, times->gap[0] + gap);
+    *times = older;
 }
 
 /* Forgets all but one first sample. */
@@ -73,6 +89,16 @@ static inline void samples_add(Samples *samples, const SampleTimes *times, doubl
         third = (second - samples->second) * times->per_span[2];
     int64_t count = samples->count <= degree ? samples->count + 1 : samples->count;
     *samples = (Samples){value, first, second, third, count};
+}
+
+/* Takes the newest sample away, leaving the polynomial through the others; returns by how much
+ * it lay above the one before it. */
+static inline double samples_drop(Samples *samples, const SampleTimes *times) {
+    double one = times->gap[0], two = one + times->gap[1], three = two + times->gap[2];
+    double step = samples->first * one;
+    *samples = (Samples){samples->newest - step, samples->first - samples->second * two,
+                         samples->second - samples->third * three, 0.0, samples->count - 1};
+    return step;
 }
 
 /* The time derivatives of the polynomial at its newest sample. */

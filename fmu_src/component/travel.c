@@ -1,26 +1,39 @@
 #include "travel.h"
 
+#include <math.h>
+
 void travel_start(Travel *travel, double s, double v) {
     *travel = (Travel){.end = {s, v, 0.0, 0.0}, .v = v, .sum = s};
 }
 
-void travel_advance(const Travel *before, const SampleTimes *times, double v,
+/* The one of smaller magnitude, 0 where they differ in sign. */
+static double smaller_slope(double a, double b) {
+    if (a * b <= 0.0)
+        return 0.0;
+    return fabs(a) < fabs(b) ? a : b;
+}
+
+void travel_advance(const Travel *before, double gap, double v,
                     const InputDerivatives *derivatives, bool at_step_end, double h,
                     Travel *restrict after) {
     static const double SIXTH = 1.0 / 6.0;
-    double distance = 0.0, slope = 0.0, curvature = 0.0;
-    if (before->has_sample) {
-        distance = before->ahead_is_known ? before->ahead
-                                          : 0.5 * (before->v + v) * times->gap[0];
-        slope = (v - before->v) * times->per_span[0];
+    double distance = 0.0, to_sample = 0.0;
+    if (before->samples > 0) {
+        distance = before->ahead_is_known ? before->ahead : 0.5 * (before->v + v) * gap;
+        to_sample = v == before->v ? 0.0 : (v - before->v) / gap;
     }
+    double slope = to_sample, curvature = 0.0;
+    if (before->samples > 1)
+        slope = smaller_slope(to_sample, before->slope);
+    else if (samples_are_close(gap, h))
+        slope = 0.0;
     /* the sum, and what its rounding would lose (Knuth's two-sum) */
     double sum = before->sum + distance;
     double from_distance = sum - before->sum;
     double lost = (before->sum - (sum - from_distance)) + (distance - from_distance);
     double sum_low = before->sum_low + lost;
 
-    bool is_known = derivatives->order > 0;
+    bool is_known = derivatives_order(derivatives) > 0;
     if (is_known) {
         slope = derivatives->value[0];
         curvature = derivatives->value[1];
@@ -31,7 +44,8 @@ void travel_advance(const Travel *before, const SampleTimes *times, double v,
         .end = {sum + (sum_low + ahead), v + beyond * (slope + beyond * (0.5 * curvature)),
                 slope + beyond * curvature, curvature},
         .v = v,
-        .has_sample = 1,
+        .slope = to_sample,
+        .samples = before->samples > 0 ? 2 : 1,
         .sum = sum,
         .sum_low = sum_low,
         .ahead = ahead,

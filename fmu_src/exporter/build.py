@@ -17,8 +17,9 @@ from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import write_archive
 from .model_description import TWIN, fmi2_xml
+from .version import DISTRIBUTION
 
-PROJECT_ROOT = compiler.SOURCE_ROOT.parent
+PARTS = "transplanter_linkage_parts"  # the twin's modules in its FMU, under a name that nothing else has
 
 
 class TwinError(RuntimeError):
@@ -29,10 +30,13 @@ def build_fmi2(output: Path, platforms: Iterable[compiler.Platform]) -> Path:
     """Write `output`/fmi2/TransplanterLinkage.fmu with binaries for `platforms`; returns its path."""
     interface = load_interface()
     content = {"modelDescription.xml": fmi2_xml(interface)}
-    content["documentation/licenses/LICENSE.txt"] = (PROJECT_ROOT / "LICENSE").read_bytes()
+    content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
     with tempfile.TemporaryDirectory() as folder:
         for target in platforms:
-            name = f"binaries/{target.folder}/{interface.model.name}{target.suffix}"
+            file = f"{interface.model.name}{target.suffix}"
+            name = f"binaries/{target.folder}/{file}"
+            if name in content:
+                name = f"binaries/{target.other_folder}/{file}"
             library = Path(folder) / name
             compiler.compile_library((compiler.FMI2_SOURCE,), library, target)
             content[name] = library.read_bytes()
@@ -50,28 +54,34 @@ def build_twin(output: Path) -> Path:
     interface = load_interface()
     twin = compiler.SOURCE_ROOT / "twin"
     slave = twin / "transplanter_linkage_twin.py"
-    beside = [twin / "linkage.py", twin / "motion.py", INTERFACE_FILE.with_suffix(".py"), INTERFACE_FILE]
+    parts = [twin / name for name in ("__init__.py", "linkage.py", "motion.py")]
+    parts += [INTERFACE_FILE.with_suffix(".py"), INTERFACE_FILE]
     with tempfile.TemporaryDirectory() as folder:
-        # in a process of its own: PythonFMU imports the slave with the files laid flat
-        flat = Path(folder) / "flat"
-        flat.mkdir()
-        for file in (slave, *beside):
-            (flat / file.name).write_bytes(file.read_bytes())
+        # in a process of its own, with the files as they will lie in the FMU
+        laid_out = Path(folder) / "resources"
+        (laid_out / PARTS).mkdir(parents=True)
+        (laid_out / slave.name).write_bytes(slave.read_bytes())
+        for file in parts:
+            (laid_out / PARTS / file.name).write_bytes(file.read_bytes())
         raw = Path(folder) / "raw.fmu"
-        command = [sys.executable, "-m", "pythonfmu", "build", "-f", slave.name, "-d", str(raw)]
-        done = subprocess.run([*command, *(file.name for file in beside)], cwd=flat, capture_output=True, text=True)
+        command = [sys.executable, "-B", "-m", "pythonfmu", "build", "-f", slave.name, "-d", str(raw), PARTS]
+        done = subprocess.run(command, cwd=laid_out, capture_output=True, text=True)
         if done.returncode != 0:
             raise TwinError(f"the twin does not load:\n{done.stderr.strip()}")
         with zipfile.ZipFile(raw) as archive:
             content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
     content["modelDescription.xml"] = fmi2_xml(interface, TWIN)
-    content["documentation/licenses/LICENSE.txt"] = (PROJECT_ROOT / "LICENSE").read_bytes()
-    for file in metadata.files("pythonfmu") or []:
-        if file.name == "LICENSE":  # the archive carries PythonFMU's binaries and modules
-            content["documentation/licenses/PythonFMU.txt"] = file.read_binary()
+    content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
+    # the archive carries PythonFMU's binaries and modules
+    content["documentation/licenses/PythonFMU.txt"] = license_text("pythonfmu")
     fmu = output / "twin" / f"{interface.model.name}{TWIN.suffix}.fmu"
     write_archive(fmu, content)
     return fmu
+
+
+def license_text(distribution: str) -> bytes:
+    """The license file that an installed distribution brings along."""
+    return next(file for file in metadata.files(distribution) or [] if file.name == "LICENSE").read_binary()
 
 
 def write_example_input(output: Path) -> Path:

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..interface import Interface, Variable
+from ..interface import Interface, InterfaceError, Variable
 
 BANNER = "/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */\n"
 
-ACCESS = {"independent": "READ_ONLY", "input": "INPUT", "output": "READ_ONLY", "parameter": "BEFORE_START"}
-BOOLEAN_BIT = 0x80  # beside the EVALUATION_ bits
+NOT_REAL_BIT = 15  # above the EVALUATION_ bits
 
 
 def header(interface: Interface) -> str:
     """interface.h: value references, kinds of access, what is computed together."""
-    inputs = interface.of_kind("input")
-    references = [v.value_reference for v in inputs]
-    if references != list(range(references[0], references[0] + len(references))):
-        raise ValueError("interface.toml: the inputs must stand together")
+    evaluations = _evaluations(interface)
+    if len(evaluations) > NOT_REAL_BIT:
+        raise InterfaceError(f"interface.toml: more than {NOT_REAL_BIT} different computed_by")
     return f"""{BANNER}#ifndef INTERFACE_H
 #define INTERFACE_H
 
@@ -28,35 +26,43 @@ def header(interface: Interface) -> str:
 /* Hash of the interface; modelDescription.xml carries the same. */
 #define INTERFACE_TOKEN "{interface.token}"
 
+/* Names of the categories under which messages are logged. */
+#define INTERFACE_LOG_CATEGORIES {", ".join(f'"{name}"' for name in interface.log_categories)}
+
 /* Value references. */
 enum {{
 {_lines(f"    VARIABLE_{v.identifier.upper()} = {v.value_reference}," for v in interface.variables)}
     INTERFACE_COUNT = {len(interface.variables)},
-    INTERFACE_FIRST_INPUT = {references[0]},
-    INTERFACE_INPUT_COUNT = {len(inputs)}
+    INTERFACE_INPUT_COUNT = {len(interface.of_kind("input"))}
 }};
 
 /* Outputs that are computed together: component_get_real computes what is read. */
 enum {{
-{_lines(f"    EVALUATION_{name.upper()} = {1 << bit}," for bit, name in enumerate(_evaluations(interface)))}
+{_lines(f"    EVALUATION_{name.upper()} = {1 << bit}," for bit, name in enumerate(evaluations))}
     EVALUATION_NONE = 0,
-    EVALUATION_NOT_REAL = {BOOLEAN_BIT} /* in the same place: no real at all */
+    EVALUATION_NOT_REAL = 1 << {NOT_REAL_BIT} /* in the same place: no real at all */
 }};
 
 /* When a variable may be set, as bits: until the end of initialization, and from then on. */
-enum {{ ACCESS_READ_ONLY = 0, ACCESS_BEFORE_START = 1, ACCESS_LATER = 2, ACCESS_INPUT = 3 }};
+enum {{
+    ACCESS_READ_ONLY = 0,
+    ACCESS_REAL_BEFORE_START = 1,
+    ACCESS_REAL_LATER = 2,
+    ACCESS_BOOLEAN_BEFORE_START = 4,
+    ACCESS_BOOLEAN_LATER = 8
+}};
 
 typedef struct {{
     const char *name;
     double start;
+    int input; /* the number of an input among the inputs, else -1 */
     int is_output;
 }} InterfaceVariable;
 
 /* By value reference; number 0 is no variable. The last two are what every step looks up. */
 extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
-extern const uint8_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
-extern const uint8_t interface_access[INTERFACE_COUNT + 1];     /* ACCESS_ of reals, else 0 */
-extern const uint8_t interface_boolean_access[INTERFACE_COUNT + 1]; /* of Booleans, else 0 */
+extern const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
+extern const uint8_t interface_access[INTERFACE_COUNT + 1];      /* ACCESS_ */
 
 #endif
 """
@@ -67,36 +73,39 @@ def source(interface: Interface) -> str:
     return f"""{BANNER}#include "interface.h"
 
 const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
-    {{"(no variable)", 0.0, 0}},
-{_lines(f'    {{"{v.name}", {float(v.start or 0.0)!r}, {int(v.kind == "output")}}},' for v in interface.variables)}
+    {{"(no variable)", 0.0, -1, 0}},
+{_lines(_row(interface, v) for v in interface.variables)}
 }};
 
-const uint8_t interface_evaluation[INTERFACE_COUNT + 1] = {{
+const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {{
     EVALUATION_NOT_REAL, /* (no variable) */
 {_lines(f"    EVALUATION_{_evaluation(v)}, /* {v.name} */" for v in interface.variables)}
 }};
 
 const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
     ACCESS_READ_ONLY, /* (no variable) */
-{_lines(f"    ACCESS_{_access(v, 'real')}, /* {v.name} */" for v in interface.variables)}
-}};
-
-const uint8_t interface_boolean_access[INTERFACE_COUNT + 1] = {{
-    ACCESS_READ_ONLY, /* (no variable) */
-{_lines(f"    ACCESS_{_access(v, 'boolean')}, /* {v.name} */" for v in interface.variables)}
+{_lines(f"    {_access(v)}, /* {v.name} */" for v in interface.variables)}
 }};
 """
+
+
+def _row(interface: Interface, v: Variable) -> str:
+    inputs = interface.of_kind("input")
+    number = inputs.index(v) if v in inputs else -1
+    return f'    {{"{v.name}", {float(v.start or 0.0)!r}, {number}, {int(v.kind == "output")}}},'
 
 
 def _evaluation(v: Variable) -> str:
     return "NOT_REAL" if v.type == "boolean" else (v.computed_by or "none").upper()
 
 
-def _access(v: Variable, type_: str) -> str:
-    if v.type != type_:
-        return "READ_ONLY"
-    is_state = v.kind == "output" and v.start is not None
-    return "BEFORE_START" if is_state else ACCESS[v.kind]
+def _access(v: Variable) -> str:
+    type_ = v.type.upper()
+    if v.kind == "input":
+        return f"ACCESS_{type_}_BEFORE_START | ACCESS_{type_}_LATER"
+    if v.kind == "parameter" or v.is_state:
+        return f"ACCESS_{type_}_BEFORE_START"
+    return "ACCESS_READ_ONLY"
 
 
 def _evaluations(interface: Interface) -> list[str]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+import zipfile
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ..interface import InterfaceError, load_interface
 from .build import TwinError, build_fmi2, build_twin, write_example_input
@@ -47,39 +49,44 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     try:
         return chosen.run(chosen)
-    except (InterfaceError, ModelDescriptionError, CompileError, TwinError, OSError) as problem:
+    except (InterfaceError, ModelDescriptionError, CompileError, TwinError, UnreadableFmu, OSError) as problem:
         print(f"linkage-fmu: {problem}", file=sys.stderr)
         return 1
+
+
+class UnreadableFmu(ValueError):
+    """A file that is no FMU, or whose description cannot be read."""
 
 
 def run_build(chosen: argparse.Namespace) -> int:
     names = chosen.platform or []
     platforms = list(PLATFORMS.values()) if "all" in names else [PLATFORMS[name] for name in names]
     fmu = build_fmi2(chosen.output, platforms or [host_platform()])
-    console.print(f"{fmu}  ({', '.join(p.name for p in platforms or [host_platform()])})", highlight=False, soft_wrap=True)
-    console.print(str(write_example_input(chosen.output)), highlight=False, soft_wrap=True)
-    console.print(f"{build_twin(chosen.output)}  (Python)", highlight=False, soft_wrap=True)
+    say(f"{fmu}  ({', '.join(p.name for p in platforms or [host_platform()])})")
+    say(str(write_example_input(chosen.output)))
+    say(f"{build_twin(chosen.output)}  (Python)")
     return 0
 
 
 def run_generate(chosen: argparse.Namespace) -> int:
     stale = generate(load_interface(), write=not chosen.check)
     for path in stale:
-        console.print(f"{path}: {'stale: run linkage-fmu generate' if chosen.check else 'written'}", highlight=False, soft_wrap=True)
+        say(f"{path}: {'stale: run linkage-fmu generate' if chosen.check else 'written'}")
     return 1 if stale and chosen.check else 0
 
 
 def run_info(chosen: argparse.Namespace) -> int:
-    import fmpy
-
     for fmu in chosen.fmu:
-        description = fmpy.read_model_description(str(fmu), validate=False)
-        console.print(f"[bold]{fmu}[/bold]: {description.modelName}, FMI {description.fmiVersion}", highlight=False, soft_wrap=True)
-        console.print(description.description or "", highlight=False, soft_wrap=True)
-        console.print(f"binaries: {', '.join(fmpy.supported_platforms(str(fmu)))}", highlight=False, soft_wrap=True)
-        table = Table("name", "kind", "unit", "start", "meaning", box=None, pad_edge=False)
+        names, description = read_fmu(fmu)
+        say(f"{fmu}: {description.modelName}, FMI {description.fmiVersion}")
+        say(description.description or "")
+        say("binaries: " + ", ".join(sorted({name.split("/")[1] for name in names if name.startswith("binaries/")})))
+        say("promises: " + ", ".join(promises(description)))
+        table = Table("#", "name", "kind", "unit", "start", "meaning", box=None, pad_edge=False)
         for v in description.modelVariables:
-            table.add_row(v.name, v.causality, v.unit or "", v.start or "", v.description or "")
+            table.add_row(
+                str(v.valueReference), v.name, v.causality, v.unit or "", v.start or "", Text(v.description or "")
+            )
         console.print(table)
     return 0
 
@@ -89,9 +96,44 @@ def run_validate(chosen: argparse.Namespace) -> int:
 
     failed = False
     for fmu in chosen.fmu:
+        read_fmu(fmu)
         problems = validate_fmu(str(fmu))
         failed = failed or bool(problems)
-        console.print(f"{fmu}: {'no problems found' if not problems else ''}", highlight=False, soft_wrap=True)
+        say(f"{fmu}: {'problems' if problems else 'no problems found'}")
         for problem in problems:
-            console.print(f"  {problem}", highlight=False, soft_wrap=True)
+            say(f"  {problem}")
     return 1 if failed else 0
+
+
+def say(text: str) -> None:
+    """A line as it is: paths and foreign descriptions are no markup."""
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def read_fmu(fmu: Path):
+    """Names in the archive, and the description as fmpy reads it."""
+    import fmpy
+
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            names = archive.namelist()
+        return names, fmpy.read_model_description(str(fmu), validate=False)
+    except OSError:
+        raise
+    except Exception as problem:  # fmpy raises plain Exceptions, its XML library errors of its own
+        raise UnreadableFmu(f"{fmu}: no readable FMU: {problem}") from problem
+
+
+def promises(description) -> list[str]:
+    """The capabilities that an FMU declares for co-simulation."""
+    names = {
+        "canHandleVariableCommunicationStepSize": "variable steps",
+        "canInterpolateInputs": "input derivatives",
+        "maxOutputDerivativeOrder": "output derivatives",
+        "canGetAndSetFMUstate": "states",
+        "canSerializeFMUstate": "serialized states",
+        "providesDirectionalDerivative": "directional derivatives",
+        "needsExecutionTool": "needs a tool on the host",
+    }
+    interface = description.coSimulation
+    return [text for name, text in names.items() if interface is not None and getattr(interface, name, False)]

@@ -39,10 +39,15 @@ class CompileError(RuntimeError):
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform by its FMI 2.0 folder name (FMI 2.0.4, section 2.3), as the compiler knows it."""
+    """A platform as FMI and the compiler know it.
+
+    folder: its name in FMI 2.0, which knows one processor family a system (FMI 2.0.4, section 2.3);
+    other_folder: its name where that one is taken, FMI 3.0's.
+    """
 
     name: str
     folder: str
+    other_folder: str
     target: str
     suffix: str
 
@@ -51,11 +56,11 @@ PLATFORMS = {
     p.name: p
     for p in (
         # glibc 2.17 of 2012: every Linux that a simulation host still runs on
-        Platform("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17", ".so"),
-        Platform("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
-        Platform("x86_64-windows", "win64", "x86_64-windows-gnu", ".dll"),
-        Platform("x86_64-macos", "darwin64", "x86_64-macos", ".dylib"),
-        Platform("aarch64-macos", "aarch64-darwin", "aarch64-macos", ".dylib"),
+        Platform("x86_64-linux", "linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
+        Platform("aarch64-linux", "linux64", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+        Platform("x86_64-windows", "win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
+        Platform("x86_64-macos", "darwin64", "x86_64-darwin", "x86_64-macos.11.0", ".dylib"),
+        Platform("aarch64-macos", "darwin64", "aarch64-darwin", "aarch64-macos.11.0", ".dylib"),
     )
 }
 
@@ -73,8 +78,14 @@ def host_platform() -> Platform:
 def compile_library(sources: tuple[Path, ...], library: Path, target: Platform, *options: str) -> None:
     """Compile C sources into a shared library that shows only what is marked as exported."""
     library.parent.mkdir(parents=True, exist_ok=True)
+    by_system = {
+        ".so": ("-fPIC",),
+        ".dll": (),
+        # else the library would carry the path that it was written to
+        ".dylib": ("-fPIC", f"-Wl,-install_name,@rpath/{library.name}"),
+    }
     run_compiler(
-        target, "-shared", *(() if target.suffix == ".dll" else ("-fPIC",)), "-fvisibility=hidden", "-s",
+        target, "-shared", *by_system[target.suffix], "-fvisibility=hidden", "-s",
         *options, "-o", str(library), *map(str, sources),
     )  # fmt: skip
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from ..interface import Interface
 from . import c_interface
 from .compiler import SOURCE_ROOT
-from .drawing import mechanism_svg
 
 README = SOURCE_ROOT.parent / "README.md"
 README_MARKS = ("<!-- interface: generated from fmu_src/interface.toml -->", "<!-- interface: end -->")
@@ -15,6 +14,8 @@ README_MARKS = ("<!-- interface: generated from fmu_src/interface.toml -->", "<!
 
 def generated_files(interface: Interface) -> dict[Path, str]:
     """What each generated file must contain."""
+    from .drawing import mechanism_svg  # reads interface.toml when it is imported
+
     component = SOURCE_ROOT / "component"
     return {
         component / "interface.h": c_interface.header(interface),

@@ -13,15 +13,6 @@ from .version import generation_tool, project_version
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
 
-LOG_CATEGORIES = {
-    "logEvents": "A wrap or a jump of the crank's angle was noticed",
-    "logStatusWarning": "Warnings",
-    "logStatusDiscard": "Steps and poses that the linkage cannot reach",
-    "logStatusError": "Wrong calls and values",
-    "logAll": "All of these",
-}
-
-
 @dataclass(frozen=True)
 class Edition:
     """What differs between the FMUs that share the interface; `suffix` makes the model's name."""
@@ -65,7 +56,7 @@ def fmi2_xml(interface: Interface, edition: Edition = NATIVE) -> bytes:
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=name,
-        guid=interface.token,
+        guid=interface.edition_token(edition.suffix),
         description=interface.model.description + edition.remark,
         version=project_version(),
         copyright="The Transplanter Linkage FMU developers",
@@ -79,7 +70,7 @@ def fmi2_xml(interface: Interface, edition: Edition = NATIVE) -> bytes:
     for unit in interface.units.values():
         _add_unit(units, unit)
     categories = etree.SubElement(root, "LogCategories")
-    for name, description in LOG_CATEGORIES.items():
+    for name, description in interface.log_categories.items():
         etree.SubElement(categories, "Category", name=name, description=description)
     etree.SubElement(
         root,
@@ -114,7 +105,7 @@ def _add_variable(variables: etree._Element, variable: Variable) -> None:
         "causality": variable.kind,
         "variability": "fixed" if variable.kind == "parameter" else "continuous",
     }
-    if variable.kind == "parameter" or _is_initial_state(variable):
+    if variable.kind == "parameter" or variable.is_state:
         attributes["initial"] = "exact"
     elif variable.kind == "output":
         attributes["initial"] = "calculated"
@@ -136,7 +127,7 @@ def _add_structure(structure: etree._Element, interface: Interface) -> None:
     initial_unknowns = etree.SubElement(structure, "InitialUnknowns")
     for variable in interface.of_kind("output"):
         _add_unknown(outputs, interface, variable, variable.depends)
-        if not _is_initial_state(variable):
+        if not variable.is_state:
             initially = variable.depends | dict.fromkeys(variable.initially, "dependent")
             _add_unknown(initial_unknowns, interface, variable, initially)
 
@@ -151,8 +142,3 @@ def _add_unknown(parent: etree._Element, interface: Interface, variable: Variabl
         dependencies=" ".join(str(interface[name].value_reference) for name in known),
         dependenciesKind=" ".join(depends[name] for name in known),
     )
-
-
-def _is_initial_state(variable: Variable) -> bool:
-    """An output whose start the user may set: machine.s."""
-    return variable.kind == "output" and variable.start is not None

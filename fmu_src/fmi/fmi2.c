@@ -175,8 +175,7 @@ void fmi2FreeInstance(fmi2Component c) {
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
                                const fmi2String categories[]) {
-    static const char *const known[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
-                                        "logStatusError", "logAll"};
+    static const char *const known[] = {INTERFACE_LOG_CATEGORIES};
     Instance *instance = check_arrays(c, IN_ANY, "fmi2SetDebugLogging", nCategories, categories,
                                       categories, categories);
     if (instance == NULL)

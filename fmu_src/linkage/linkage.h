@@ -89,7 +89,7 @@ typedef struct {
 typedef enum { LINKAGE_CLOSED, LINKAGE_ABD_OPEN, LINKAGE_EFG_OPEN } LinkageClosure;
 
 /* Makes a geometry ready. Lengths L2, L3, L6, L7 must be positive, all values finite; the
- * caller checks (component_check_geometry). */
+ * caller checks. */
 INTERNAL void linkage_prepare(const LinkageGeometry *geometry, Linkage *linkage);
 
 /* Solves the pose at crank angle phi (any finite value): tip[0]; order becomes 0.

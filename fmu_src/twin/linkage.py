@@ -21,10 +21,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-if __package__:
+try:
     from ..interface import load_interface
-else:  # inside the FMU the files lie side by side
-    from interface import load_interface
+except ImportError:  # inside the FMU the files lie side by side
+    from .interface import load_interface
 
 NOMINAL = load_interface().geometry
 HIGHEST_ORDER = 3
@@ -59,6 +59,8 @@ class Geometry:
                 raise ValueError(f"geometry.{name} = {value} is not finite")
             if name in ("L2", "L3", "L6", "L7") and value <= 0:
                 raise ValueError(f"geometry.{name} = {value}: this link must be longer than 0")
+            if name in ("L1", "L4", "L5", "L8", "L9") and value < 0:
+                raise ValueError(f"geometry.{name} = {value}: this length must not be negative")
 
 
 class UnreachablePose(ValueError):

@@ -1,8 +1,8 @@
 """What the crank and the machine do between a host's samples: to read, and to edit.
 
 A host gives its inputs at the start of a step, the outputs belong to its end (FMI 2.0.4, section 4.2.1).
-So the crank is carried there: by crank.w and crank.a from the moment that one of them is not 0, else by the
-cubic through the last four angles. The same rules as in fmu_src/component/crank.c and travel.c, less the
+So the crank is carried there: by crank.w and crank.a from the moment that they are not 0, else by the cubic
+through the last four angles. The same rules as in fmu_src/component/crank.c and travel.c, less the
 input derivatives, which PythonFMU does not pass on.
 """
 
@@ -13,6 +13,7 @@ from math import pi
 
 TURN = 2 * pi
 JUMP = pi / 2  # off what was expected, whole turns aside
+CLOSE = 0.05  # of a step: a sample nearer than this to the next one is left out
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,10 @@ class Samples:
         one, two = (self.ages + (0.0, 0.0, 0.0))[1:3]
         return first + one * (second + two * third), 2 * (second + (one + two) * third), 6 * third
 
+    def without_newest(self) -> Samples:
+        """The older samples, their ages still counted from the one taken away."""
+        return replace(self, ages=self.ages[1:], values=self.values[1:])
+
     def are_flat(self) -> bool:
         return len(set(self.values)) <= 1
 
@@ -76,7 +81,9 @@ class Crank:
     DEGREES = {"phi": 3, "w": 2, "a": 1}
 
     def _best_source(self, w: float, a: float) -> str:
-        return "a" if a != 0 or self.source == "a" else "w" if w != 0 or self.source == "w" else "phi"
+        if self.source == "a" or (self.source == "phi" and w == 0):
+            return self.source
+        return "a" if a != 0 else "w"
 
     def start(self, phi: float, w: float, a: float) -> Crank:
         """The inputs at the start count as a sample."""
@@ -99,11 +106,13 @@ class Crank:
             samples = Samples(self.DEGREES[source], samples.ages[: len(zeros)], zeros)
         if has_jumped:
             samples = Samples(self.DEGREES[source])
+        elif source == self.source and gap < CLOSE * h:
+            samples = samples.without_newest()
         samples = samples.add(values[source], gap, shift if source == "phi" else 0.0)
 
         trend = samples.derivatives()
         motion = {
-            "phi": CrankMotion(phi, *trend),
+            "phi": CrankMotion(phi, trend[0], a or trend[1], trend[2]),
             "w": CrankMotion(phi, w, trend[0], trend[1]),
             "a": CrankMotion(phi, w, a, trend[0]),
         }[source]
@@ -119,12 +128,17 @@ class Travel:
     a: float = 0.0  # m/s2
     until_sample: float = 0.0  # distance at the newest sample, m
     sample: float | None = None  # the newest speed as given
+    slope: float | None = None  # that led to it
 
     def advance(self, v: float, gap: float, h: float, at_step_end: bool) -> Travel:
-        distance, slope = self.until_sample, 0.0
+        distance, to_sample, slope = self.until_sample, None, 0.0
         if self.sample is not None:
             distance += (self.sample + v) / 2 * gap
-            slope = (v - self.sample) / gap
+            slope = to_sample = (v - self.sample) / gap
+            if self.slope is not None:  # the smaller one, or 0 where they differ in sign: a jump is not carried on
+                slope = 0.0 if slope * self.slope <= 0 else min(slope, self.slope, key=abs)
+            elif gap < CLOSE * h:
+                slope = 0.0
         beyond = 0.0 if at_step_end else h
         end = distance + beyond * (v + beyond * slope / 2)
-        return Travel(end, v + beyond * slope, slope, distance, v)
+        return Travel(end, v + beyond * slope, slope, distance, v, to_sample)

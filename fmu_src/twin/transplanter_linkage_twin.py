@@ -1,7 +1,7 @@
 """The twin as an FMU: linkage.py and motion.py behind the variables of interface.toml.
 
 PythonFMU loads this file inside the host; the files beside it come along in the FMU's resources. To change the
-mechanism, edit linkage.py; to add an output, declare it in interface.toml and give it a line in `_values`.
+mechanism, edit linkage.py; to add an output, declare it in interface.toml and give it a line in `_update`.
 """
 
 from __future__ import annotations
@@ -9,32 +9,30 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
-from pythonfmu.enums import Fmi2Status
 
 if __package__:
     from ..interface import load_interface
-    from .linkage import Geometry, UnreachablePose, solve
+    from .linkage import Geometry, solve
     from .motion import Crank, CrankMotion, Travel
-else:  # inside the FMU the files lie side by side
-    from interface import load_interface
-    from linkage import Geometry, UnreachablePose, solve
-    from motion import Crank, CrankMotion, Travel
+else:  # inside the FMU
+    from transplanter_linkage_parts.interface import load_interface
+    from transplanter_linkage_parts.linkage import Geometry, solve
+    from transplanter_linkage_parts.motion import Crank, CrankMotion, Travel
 
+INTERFACE = load_interface()  # once: hosts may delete the unpacked FMU and load it again
 
 class TransplanterLinkageTwin(Fmi2Slave):
     """One instance; the values of all variables are in `self.values` by name."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.interface = load_interface()
-        self.description = self.interface.model.description + " (readable Python edition)"
-        self.values = {v.name: v.start if v.start is not None else 0.0 for v in self.interface.variables}
+        self.description = INTERFACE.model.description + " (readable Python edition)"
+        self.values = {v.name: v.start if v.start is not None else 0.0 for v in INTERFACE.variables}
         self.geometry: Geometry | None = None
         self.crank, self.travel = Crank(), Travel()
         self.last_step = 0.0  # s; 0 before the first step
         self.force = (0.0, 0.0)
-        self.refused = None
-        for variable in self.interface.variables:
+        for variable in INTERFACE.variables:
             self._register(variable)
 
     def _register(self, declared) -> None:
@@ -49,12 +47,11 @@ class TransplanterLinkageTwin(Fmi2Slave):
             self.values[declared.name] = value
             self.is_fresh = False
 
-        is_state = declared.kind == "output" and declared.start is not None
         variable = (Boolean if declared.type == "boolean" else Real)(
             declared.name,
             causality=Fmi2Causality[declared.kind] if declared.kind != "independent" else Fmi2Causality.local,
             variability=Fmi2Variability.fixed if declared.kind == "parameter" else Fmi2Variability.continuous,
-            initial=Fmi2Initial.exact if declared.kind == "parameter" or is_state else None,
+            initial=Fmi2Initial.exact if declared.kind == "parameter" or declared.is_state else None,
             description=declared.text,
             getter=read,
             setter=write if declared.start is not None else None,
@@ -76,19 +73,13 @@ class TransplanterLinkageTwin(Fmi2Slave):
             self.travel = replace(self.travel, sample=self.travel.v)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Carry crank and machine to the end of the step; False (Discard) where no pose is there."""
+        """Carry crank and machine to the end of the step. Where no pose is there, UnreachablePose ends the run:
+        hosts take what PythonFMU makes of a discarded step for a simulation that ended well.
+        """
         at_end = self.values["crank.at_step_end"]
         gap = step_size if at_end else self.last_step
         crank = self.crank.advance(*self._crank_inputs(), gap, step_size, at_end)
-        try:
-            solve(self._geometry(), crank.end.phi, order=0)
-        except UnreachablePose as reason:
-            attempt = (current_time, step_size, crank.end.phi)
-            if attempt == self.refused:
-                raise RuntimeError(f"{reason}; the same step was discarded before") from reason
-            self.refused = attempt
-            self.log(str(reason), Fmi2Status.discard)
-            return False
+        solve(self._geometry(), crank.end.phi, order=0)
         self.crank = crank
         self.travel = self.travel.advance(self.values["machine.v"], gap, step_size, at_end)
         self.force = (self.values["tip.fx"], self.values["tip.fy"])

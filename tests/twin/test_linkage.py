@@ -277,12 +277,13 @@ def test_exactly_at_a_dead_point():
 
 def test_plain_import_where_the_files_lie_side_by_side(tmp_path):
     """As inside the FMU: nothing of the package is needed, or taken where it happens to be installed."""
+    (tmp_path / "parts").mkdir()
     for file in (Path(linkage.__file__), Path(interface.__file__), interface.INTERFACE_FILE):
-        shutil.copy(file, tmp_path)
+        shutil.copy(file, tmp_path / "parts")
     program = f"""if True:
         import sys
         sys.path.insert(0, {str(tmp_path)!r})
-        import linkage
+        from parts import linkage
         assert not any(name.startswith("fmu_src") for name in sys.modules)
         print(linkage.solve(linkage.Geometry(), 1.0, 0).tip[0])
     """
