@@ -1,0 +1,48 @@
+"""What the tests of the exporter share."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from fmu_src.exporter.build import build_fmi2
+from fmu_src.exporter.compiler import PLATFORMS
+from tests.conftest import PROJECT_ROOT
+
+
+@pytest.fixture(scope="session")
+def all_platforms_fmu(tmp_path_factory) -> Path:
+    """The FMU for every platform, cross-compiled once; the compiler keeps what it has done for the next time."""
+    return build_fmi2(tmp_path_factory.mktemp("all platforms"), PLATFORMS.values())
+
+
+@pytest.fixture(scope="session")
+def all_platforms(all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
+    """The binaries in it by the platform's name."""
+    folder = tmp_path_factory.mktemp("binaries")
+    with zipfile.ZipFile(all_platforms_fmu) as archive:
+        archive.extractall(folder)
+    files: dict[str, Path] = {}
+    for name, platform in PLATFORMS.items():
+        file = folder / "binaries" / platform.folder / f"TransplanterLinkage{platform.suffix}"
+        if file in files.values():  # FMI 2.0 knows one processor family a system
+            file = folder / "binaries" / platform.other_folder / file.name
+        files[name] = file
+    return files
+
+
+@pytest.fixture
+def project_copy(tmp_path) -> Path:
+    """The sources in another folder, with other file times, to build from and to change."""
+    copy = tmp_path / "else where"
+    skipped = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(PROJECT_ROOT / "fmu_src", copy / "fmu_src", ignore=skipped, copy_function=shutil.copyfile)
+    for name in ("LICENSE", "README.md"):
+        shutil.copyfile(PROJECT_ROOT / name, copy / name)
+    for path in copy.rglob("*"):
+        os.utime(path, (1e9, 1e9))
+    return copy

@@ -1,0 +1,61 @@
+"""interface.toml: mistakes in it are found when it is read, and the message names the variable."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from fmu_src.interface import INTERFACE_FILE, InterfaceError, load_interface
+
+TOML = INTERFACE_FILE.read_text(encoding="utf-8")
+
+
+def line(name: str) -> str:
+    """The one line that declares this variable."""
+    (found,) = re.findall(rf'^ *\{{ name = "{re.escape(name)}".*$', TOML, flags=re.MULTILINE)
+    return found
+
+
+MISTAKES = {
+    # what: (variable, what to replace in its line, by what, what the message says besides)
+    "a name twice": ("tip.y", '"tip.y"', '"tip.x"', "tip.x: .*twice"),
+    "no name": ("tip.y", 'name = "tip.y", ', "", "number 9"),
+    "no kind": ("tip.y", 'kind = "output", ', "", "kind"),
+    "unknown kind": ("tip.y", '"output"', '"local"', "local"),
+    "unknown unit": ("tip.vy", '"m/s"', '"furlong"', "furlong"),
+    "input without a start": ("crank.w", "start = 0.0, ", "", "start"),
+    "parameter without a start": ("geometry.L5", "start = 0.24, ", "", "start"),
+    "no text": ("machine.v", re.search(r', text = ".*"', line("machine.v")).group(), "", "text"),
+    "dependency on nothing": ("tip.x", '["crank.phi"]', '["crank.psi"]', "crank.psi"),
+    "dependency on an output": ("tip.x", '["crank.phi"]', '["tip.y"]', "tip.y"),
+    "unknown dependency kind": ("ground.vx", "machine.v:constant", "machine.v:sometimes", "sometimes"),
+    "initial dependency on nothing": ("tip.x", 'initially = ["tip"]', 'initially = ["geometry.L99"]', "geometry.L99"),
+    "initial dependency on an input": ("tip.x", 'initially = ["tip"]', 'initially = ["crank.w"]', "crank.w"),
+    "output that nobody computes": ("tip.x", 'computed_by = "position", ', "", "computed_by"),
+    "input that is computed": ("crank.a", "start = 0.0", 'start = 0.0, computed_by = "angle"', "computed_by"),
+    "unknown key": ("crank.a", "start = 0.0", "start = 0.0, minimum = 0.0", "minimum"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistake(tmp_path, mistake):
+    name, old, new, said = MISTAKES[mistake]
+    right = line(name)
+    assert right.count(old) == 1
+    path = tmp_path / "interface.toml"
+    path.write_text(TOML.replace(right, right.replace(old, new)), encoding="utf-8")
+    with pytest.raises(InterfaceError, match=said) as raised:
+        load_interface(path)
+    expected = {"a name twice": "tip.x", "no name": "number 9"}.get(mistake, name)
+    assert str(raised.value).startswith(f"interface.toml: {expected}: ")
+
+
+def test_all_is_well_as_it_is():
+    """One line for each variable, in the order of value references; a copy reads the same."""
+    interface = load_interface()
+    assert len(re.findall(r"^ *\{ name = ", TOML, flags=re.MULTILINE)) == len(interface.variables)
+    for number, variable in enumerate(interface.variables, 1):
+        assert variable.value_reference == number
+        assert interface[variable.name] is variable
+        assert line(variable.name)
