@@ -66,6 +66,19 @@ def test_inputs_and_their_derivatives_are_part_of_the_state(new):
     assert bits(instance.restore(state).step(time, 0.01).outputs()) == expected
 
 
+def test_start_values_are_part_of_the_state(new):
+    """Saved in initialization mode: parameters, the initial travel and inputs go on in another instance."""
+    instance, other = new().setup(start=2.0).enter(), new()
+    instance.set({"machine.s": 4.0, "geometry.L1": 0.051, "crank.phi": 1.0, "crank.at_step_end": True})
+    other.deserialize(instance.serialize())
+    for one in (instance, other):
+        one.set({"crank.w": 3.0})
+        assert one.get("machine.s", "geometry.L1", "crank.phi", "time") == [4.0, 0.051, 1.0, 2.0]
+        one.exit().step(2.0, 0.125, {"crank.phi": 1.1, "machine.v": 1.0})
+    assert bits(other.outputs()) == bits(instance.outputs())
+    assert other.get("machine.s") == [4.0 + 0.125 / 2]
+
+
 def test_states_are_independent(new):
     """Any number of them; going back to one leaves the others alone."""
     instance, states, expected = begin(new()), [], []
