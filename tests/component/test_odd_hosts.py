@@ -80,6 +80,25 @@ def test_acceleration_without_speed_helps_and_does_not_stop_the_crank(new):
         assert np.hypot(*(np.array(xy) - exact(new, inputs(t)["crank.phi"]))) <= 1e-14
 
 
+def test_acceleration_without_speed_sharpens_the_acceleration(new):
+    """Over the angles alone, which know it by their second differences."""
+    def acceleration(t: float) -> float:
+        return PLANTING_SPEED * 0.6 * math.pi * math.cos(6 * math.pi * t)
+
+    def worst(names: tuple[str, ...]) -> float:
+        signals = {"phi": angle, "a": acceleration}
+        gaps = [0.01] * 60
+        found = run(new, gaps, lambda t: {f"crank.{n}": signals[n](t) for n in names}, "tip.ax")
+        reference = new("exact").setup().enter()
+        errors = []
+        for (ax,), t in zip(found, np.cumsum(gaps), strict=True):
+            reference.set({"crank.phi": angle(t), "crank.w": speed(t), "crank.a": acceleration(t)})
+            errors.append(abs(ax - reference.get("tip.ax")[0]))
+        return max(errors[5:])
+
+    assert worst(("phi", "a")) < 0.7 * worst(("phi",))
+
+
 def test_the_second_derivative_alone_says_nothing(new):
     """A polynomial needs the first one."""
     plain, instance = new("plain").initialize(), new("derived").initialize()
