@@ -42,7 +42,7 @@ static CrankInput crank_input(const Component *c) {
 /* The force on the tip, and its derivatives, `ahead` seconds after the inputs' instant. */
 static void set_force(const Component *c, double ahead, ComponentProgress *progress) {
     static const uint32_t references[2] = {VARIABLE_TIP_FX, VARIABLE_TIP_FY};
-    double(*force)[2] = progress->force;
+    double (*force)[2] = progress->force;
     if (!c->settings.derivatives_are_set) {
         memset(force, 0, sizeof progress->force);
         force[0][0] = c->settings.real[VARIABLE_TIP_FX];
@@ -69,9 +69,9 @@ static void follow_inputs(Component *c) {
     const InputDerivatives *speed = derivatives_of(c, VARIABLE_MACHINE_V);
     int order = derivatives_order(speed);
     progress->crank.end = crank_motion_of(&input);
-    progress->travel.end = (MachineMotion){real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
-                                           order >= 1 ? speed->value[0] : 0.0,
-                                           order >= 2 ? speed->value[1] : 0.0};
+    progress->travel.end =
+        (MachineMotion){real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
+                        order >= 1 ? speed->value[0] : 0.0, order >= 2 ? speed->value[1] : 0.0};
     set_force(c, 0.0, progress);
     c->pose.order = -1;
     c->fresh = 0;
@@ -124,7 +124,8 @@ void component_terminate(Component *c) { c->settings.mode = MODE_TERMINATED; }
 
 /* ---- values ----------------------------------------------------------------------------- */
 
-static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t reference, const char *demand) {
+static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t reference,
+                                                         const char *demand) {
     if (reference < 1 || reference > INTERFACE_COUNT)
         message_write(c->message, sizeof c->message,
                       "value reference %u: unknown, the last one is %u", reference,
@@ -135,7 +136,8 @@ static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t 
     return COMPONENT_ERROR;
 }
 
-static COMPONENT_RARELY ComponentStatus refuse_value(Component *c, uint32_t reference, double value) {
+static COMPONENT_RARELY ComponentStatus refuse_value(Component *c, uint32_t reference,
+                                                     double value) {
     message_write(c->message, sizeof c->message, "%s = %g: must be a finite number within +-%g",
                   interface_variables[reference].name, value, GREATEST_VALUE);
     return COMPONENT_ERROR;
@@ -191,7 +193,7 @@ ComponentStatus component_get_real(Component *c, const uint32_t reference[], siz
 }
 
 static COMPONENT_RARELY ComponentStatus refuse_values(Component *c, const uint32_t reference[],
-                                     const double value[]) {
+                                                      const double value[]) {
     for (;; ++reference, ++value) {
         if (!is_known(*reference) || is_boolean(*reference))
             return refuse_reference(c, *reference, "is a Boolean, not a real");
@@ -243,7 +245,8 @@ ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], 
 
 /* ---- derivatives ------------------------------------------------------------------------ */
 
-static COMPONENT_RARELY ComponentStatus refuse_order(Component *c, uint32_t reference, int32_t order) {
+static COMPONENT_RARELY ComponentStatus refuse_order(Component *c, uint32_t reference,
+                                                     int32_t order) {
     message_write(c->message, sizeof c->message, "%s: derivative of order %g; orders 1 and 2 exist",
                   interface_variables[reference].name, (double)order);
     return COMPONENT_ERROR;
@@ -352,8 +355,8 @@ static ComponentStatus check_step(Component *c, double time, double step) {
     }
     if (c->settings.stop_is_set && !(time + step <= c->settings.stop + tolerance)) {
         message_write(c->message, sizeof c->message,
-                      "a step from %g s to %g s: goes %g s beyond the stop time", time,
-                      time + step, time + step - c->settings.stop);
+                      "a step from %g s to %g s: goes %g s beyond the stop time", time, time + step,
+                      time + step - c->settings.stop);
         return COMPONENT_ERROR;
     }
     return COMPONENT_OK;
@@ -361,8 +364,9 @@ static ComponentStatus check_step(Component *c, double time, double step) {
 
 /* A step whose crank angle cannot be had: Discard at first, Error when it is tried again as it
  * was. */
-static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, double step, double phi,
-                                   LinkageClosure closure, double gap) {
+static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, double step,
+                                                    double phi, LinkageClosure closure,
+                                                    double gap) {
     outputs_explain_gap(c, closure, phi, gap);
     bool again = c->step_was_refused && c->refused_time == time && c->refused_step == step
                  && c->refused_phi == phi;
@@ -381,7 +385,8 @@ static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, d
     return again ? COMPONENT_ERROR : COMPONENT_DISCARD;
 }
 
-static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from, double to, double time) {
+static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from, double to,
+                                          double time) {
     message_write(c->message, sizeof c->message,
                   noticed & CRANK_RESTARTED
                       ? "crank.phi jumps from %g rad to %g rad at %g s: its history restarts"

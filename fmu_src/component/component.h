@@ -96,8 +96,8 @@ static inline ComponentProgress *component_present(Component *component) {
 INTERNAL void component_reset(Component *component);
 
 /* start: the time of the first communication step in s. */
-INTERNAL ComponentStatus component_set_experiment(Component *component, double start, bool stop_is_set,
-                                         double stop);
+INTERNAL ComponentStatus component_set_experiment(Component *component, double start,
+                                                  bool stop_is_set, double stop);
 INTERNAL ComponentStatus component_enter_initialization(Component *component);
 /* Checks geometry and initial pose. */
 INTERNAL ComponentStatus component_exit_initialization(Component *component);
@@ -106,32 +106,31 @@ INTERNAL void component_terminate(Component *component);
 /* Values by reference: `count` of them, all or none. Reals are finite and at most 1e60 in
  * magnitude, so that no output can overflow. Reading an output of a pose that cannot be
  * reached is COMPONENT_DISCARD. */
-INTERNAL ComponentStatus component_get_real(Component *component, const uint32_t reference[], size_t count,
-                                   double value[]);
-INTERNAL ComponentStatus component_set_real(Component *component, const uint32_t reference[], size_t count,
-                                   const double value[]);
+INTERNAL ComponentStatus component_get_real(Component *component, const uint32_t reference[],
+                                            size_t count, double value[]);
+INTERNAL ComponentStatus component_set_real(Component *component, const uint32_t reference[],
+                                            size_t count, const double value[]);
 /* Booleans are 0 (false) or anything else. */
 INTERNAL ComponentStatus component_get_boolean(Component *component, const uint32_t reference[],
-                                      size_t count, int value[]);
+                                               size_t count, int value[]);
 INTERNAL ComponentStatus component_set_boolean(Component *component, const uint32_t reference[],
-                                      size_t count, const int value[]);
+                                               size_t count, const int value[]);
 
 /* Time derivatives of inputs at the start of the next step, orders 1 and 2; they are used up by
  * that step. */
-INTERNAL ComponentStatus component_set_input_derivatives(Component *component, const uint32_t reference[],
-                                                size_t count, const int32_t order[],
-                                                const double value[]);
+INTERNAL ComponentStatus component_set_input_derivatives(Component *component,
+                                                         const uint32_t reference[], size_t count,
+                                                         const int32_t order[],
+                                                         const double value[]);
 /* Time derivatives of outputs, orders 1 and 2, at the end of the last step. */
 INTERNAL ComponentStatus component_get_output_derivatives(Component *component,
-                                                 const uint32_t reference[], size_t count,
-                                                 const int32_t order[], double value[]);
+                                                          const uint32_t reference[], size_t count,
+                                                          const int32_t order[], double value[]);
 /* sensitivity[i] = sum over k of d unknown[i] / d known[k] times seed[k], at the instant that
  * the outputs belong to. Unknowns: outputs. Knowns: inputs. */
-INTERNAL ComponentStatus component_get_directional_derivative(Component *component,
-                                                     const uint32_t unknown[],
-                                                     size_t unknown_count,
-                                                     const uint32_t known[], size_t known_count,
-                                                     const double seed[], double sensitivity[]);
+INTERNAL ComponentStatus component_get_directional_derivative(
+    Component *component, const uint32_t unknown[], size_t unknown_count, const uint32_t known[],
+    size_t known_count, const double seed[], double sensitivity[]);
 
 /* A communication step from `time` over `step` > 0 seconds. `time` must be the end of the last
  * step to rounding. A step that ends in an unreachable pose is COMPONENT_DISCARD; the same step
@@ -147,7 +146,7 @@ INTERNAL void component_restore(Component *component, const ComponentState *stat
 INTERNAL size_t component_serialized_size(void);
 INTERNAL void component_serialize(const ComponentState *state, uint8_t bytes[]);
 /* Refuses, with a message, bytes of another size, version, interface or content. */
-INTERNAL ComponentStatus component_deserialize(Component *component, const uint8_t bytes[], size_t size,
-                                      ComponentState *state);
+INTERNAL ComponentStatus component_deserialize(Component *component, const uint8_t bytes[],
+                                               size_t size, ComponentState *state);
 
 #endif

@@ -86,9 +86,7 @@ static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
         motion.a = trend.first;
         motion.jerk = trend.second;
         break;
-    default:
-        motion.jerk = samples->first;
-        break;
+    default: motion.jerk = samples->first; break;
     }
     if (are_set(input, &input->a_derivatives))
         motion.jerk = input->a_derivatives.value[0];
@@ -123,8 +121,8 @@ void crank_start(Crank *crank, const CrankInput *input) {
     samples_start(&crank->samples, source_value(source, input));
 }
 
-int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
-                  double h, Crank *restrict after) {
+int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input, double h,
+                  Crank *restrict after) {
     int noticed = 0;
     double change = input->phi - before->phi;
     bool is_first = before->samples.count == 0;

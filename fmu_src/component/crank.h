@@ -69,6 +69,6 @@ INTERNAL void crank_drop_sample(Crank *crank, const SampleTimes *times);
  * say) is taken as continuing; one that is off by more than a quarter of a turn besides is a
  * jump: the history restarts. */
 INTERNAL int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
-                  double h, Crank *restrict after);
+                           double h, Crank *restrict after);
 
 #endif

@@ -30,7 +30,8 @@ static ComponentStatus check_geometry(Component *c) {
         if (!(real[links[i]] >= SHORTEST_LINK && real[links[i]] <= LONGEST_LINK))
             return refuse_geometry(c, links[i], "from", SHORTEST_LINK);
     for (size_t i = 0; i < sizeof arms / sizeof arms[0]; ++i)
-        if (real[arms[i]] != 0.0 && !(real[arms[i]] >= SHORTEST_LINK && real[arms[i]] <= LONGEST_LINK))
+        if (real[arms[i]] != 0.0
+            && !(real[arms[i]] >= SHORTEST_LINK && real[arms[i]] <= LONGEST_LINK))
             return refuse_geometry(c, arms[i], "0 or from", SHORTEST_LINK);
     for (size_t i = 0; i < sizeof pivots / sizeof pivots[0]; ++i)
         if (!(fabs(real[pivots[i]]) <= LONGEST_LINK))
@@ -297,7 +298,8 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
             coordinate(&c->pose, axis == 0, 1, f);
             double binomial = 1.0;
             for (int k = 0; k <= order; ++k) {
-                power += binomial * component_present(c)->force[order - k][axis] * by_time(k, f, crank);
+                power +=
+                    binomial * component_present(c)->force[order - k][axis] * by_time(k, f, crank);
                 binomial = binomial * (order - k) / (k + 1);
             }
         }

@@ -13,9 +13,8 @@ static double smaller_slope(double a, double b) {
     return fabs(a) < fabs(b) ? a : b;
 }
 
-void travel_advance(const Travel *before, double gap, double v,
-                    const InputDerivatives *derivatives, bool at_step_end, double h,
-                    Travel *restrict after) {
+void travel_advance(const Travel *before, double gap, double v, const InputDerivatives *derivatives,
+                    bool at_step_end, double h, Travel *restrict after) {
     static const double SIXTH = 1.0 / 6.0;
     double distance = 0.0, to_sample = 0.0;
     if (before->samples > 0) {

@@ -3,8 +3,9 @@
  * Between samples the speed is taken as the line through them (trapezoidal rule); beyond the
  * newest it continues with the host's input derivatives or, without them, with the smaller of the
  * last two slopes (0 where they differ in sign, so that a jump is not carried on; the first slope
- * counts alone), until the next sample says what it was. Error: order 2 in the step over any distance. The sum is carried in
- * two doubles: the rounding of a season of steps does not add up. */
+ * counts alone), until the next sample says what it was. Error: order 2 in the step over any
+ * distance. The sum is carried in two doubles: the rounding of a season of steps does not add up.
+ */
 #ifndef TRAVEL_H
 #define TRAVEL_H
 

@@ -72,8 +72,8 @@ enum {
 };
 
 static const char *const MODE_NAMES[MODE_COUNT] = {
-    "before initialization", "in initialization mode", "between steps", "after a discarded step",
-    "after termination",
+    "before initialization",  "in initialization mode", "between steps",
+    "after a discarded step", "after termination",
 };
 
 static bool is_legal(const Instance *instance, int modes) {
@@ -199,17 +199,16 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
 /* ---- modes ---------------------------------------------------------------------------------- */
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance,
-                               fmi2Real startTime, fmi2Boolean stopTimeDefined,
-                               fmi2Real stopTime) {
+                               fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
     (void)toleranceDefined; /* the kinematics is exact to rounding */
     (void)tolerance;
     Instance *instance = check_call(c, IN_INSTANTIATED, "fmi2SetupExperiment");
     if (instance == NULL)
         return fmi2Error;
-    return answer(instance,
-                  component_set_experiment(&instance->component, startTime, stopTimeDefined != 0,
-                                           stopTime),
-                  "fmi2SetupExperiment");
+    return answer(
+        instance,
+        component_set_experiment(&instance->component, startTime, stopTimeDefined != 0, stopTime),
+        "fmi2SetupExperiment");
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
@@ -287,8 +286,7 @@ static fmi2Status check_none(fmi2Component c, int modes, const char *function, s
     Instance *instance = check_call(c, modes, function);
     if (instance == NULL)
         return fmi2Error;
-    return count == 0 ? fmi2OK
-                      : refuse(instance, function, "there are no variables of this type");
+    return count == 0 ? fmi2OK : refuse(instance, function, "there are no variables of this type");
 }
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -332,8 +330,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
                   function);
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
-                                        size_t nvr, const fmi2Integer order[], fmi2Real value[]) {
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[]) {
     static const char function[] = "fmi2GetRealOutputDerivatives";
     Instance *instance =
         check_arrays(c, FOR_GETTING & ~IN_INITIALIZATION, function, nvr, vr, order, value);
@@ -349,20 +347,21 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         size_t nKnown, const fmi2Real dvKnown[],
                                         fmi2Real dvUnknown[]) {
     static const char function[] = "fmi2GetDirectionalDerivative";
-    if (check_arrays(c, FOR_GETTING, function, nUnknown, vUnknown_ref, dvUnknown, dvUnknown) == NULL)
+    if (check_arrays(c, FOR_GETTING, function, nUnknown, vUnknown_ref, dvUnknown, dvUnknown)
+        == NULL)
         return fmi2Error;
     Instance *instance =
         check_arrays(c, FOR_GETTING, function, nKnown, vKnown_ref, dvKnown, dvKnown);
     if (instance == NULL)
         return fmi2Error;
     return answer(instance,
-                  component_get_directional_derivative(&instance->component, vUnknown_ref,
-                                                       nUnknown, vKnown_ref, nKnown, dvKnown,
-                                                       dvUnknown),
+                  component_get_directional_derivative(&instance->component, vUnknown_ref, nUnknown,
+                                                       vKnown_ref, nKnown, dvKnown, dvUnknown),
                   function);
 }
 
-/* ---- the communication step -------------------------------------------------------------------- */
+/* ---- the communication step --------------------------------------------------------------------
+ */
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                       fmi2Real communicationStepSize,
@@ -383,7 +382,8 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
     Instance *instance = c;
     if (instance == NULL)
         return fmi2Error;
-    return refuse(instance, "fmi2CancelStep", "no step is in progress: fmi2DoStep waits for its end");
+    return refuse(instance, "fmi2CancelStep",
+                  "no step is in progress: fmi2DoStep waits for its end");
 }
 
 static fmi2Status refuse_status(const Instance *instance, const char *function) {
@@ -437,7 +437,8 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2Stri
     return fmi2OK;
 }
 
-/* ---- state -------------------------------------------------------------------------------------- */
+/* ---- state --------------------------------------------------------------------------------------
+ */
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) {
     Instance *instance = check_pointer(c, IN_ANY, "fmi2GetFMUstate", FMUstate);
@@ -479,8 +480,8 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
     return fmi2OK;
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate,
-                                 fmi2Byte serializedState[], size_t size) {
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[],
+                                 size_t size) {
     static const char function[] = "fmi2SerializeFMUstate";
     Instance *instance = check_arrays(c, IN_ANY, function, 1, FMUstate, serializedState, FMUstate);
     if (instance == NULL)
@@ -498,8 +499,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
     if (instance == NULL)
         return fmi2Error;
     ComponentState state;
-    ComponentStatus status = component_deserialize(
-        &instance->component, (const uint8_t *)serializedState, size, &state);
+    ComponentStatus status =
+        component_deserialize(&instance->component, (const uint8_t *)serializedState, size, &state);
     if (status != COMPONENT_OK)
         return answer(instance, status, function);
     if (*FMUstate == NULL)

@@ -62,8 +62,9 @@ static inline Vector direction(double angle) {
 
     double z = t * t, half_z = 0.5 * z, head = 1.0 - half_z;
     double s = t + ((t * z) * direction_polynomial(DIRECTION_SIN, z) + t_low * head);
-    double c = head + (((1.0 - head) - half_z)
-                       + ((z * z) * direction_polynomial(DIRECTION_COS, z) - t * t_low));
+    double c = head
+               + (((1.0 - head) - half_z)
+                  + ((z * z) * direction_polynomial(DIRECTION_COS, z) - t * t_low));
     switch (quadrant & 3) {
     case 0: return (Vector){c, s};
     case 1: return (Vector){-s, c};

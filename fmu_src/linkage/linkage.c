@@ -207,7 +207,8 @@ static inline void differentiate_once(int n, const Linkage *linkage, LinkagePose
         abd->reciprocal_determinant = 1.0 / abd->determinant;
         efg->reciprocal_determinant = 1.0 / efg->determinant;
     } else {
-        solve_first_rate(n - 1, &linkage->abd, clockwise_derivative(n - 1, pose->base_turning), abd);
+        solve_first_rate(n - 1, &linkage->abd, clockwise_derivative(n - 1, pose->base_turning),
+                         abd);
         solve_second_rate(n - 1, &linkage->efg, scaled(-1.0, pose->joint_e[n - 1]), efg);
     }
     solve_second_rate(n, &linkage->abd, clockwise_derivative(n, pose->base_turning), abd);

@@ -96,7 +96,8 @@ INTERNAL void linkage_prepare(const LinkageGeometry *geometry, Linkage *linkage)
  * A dyad that cannot close, or closes at a dead point exactly (where velocities are infinite),
  * is named in the result; `pose` then holds no pose (order -1) and `*gap`, where not NULL, the
  * length in m by which the base is too long (> 0), or too short (< 0), for the two links. */
-INTERNAL LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose, double *gap);
+INTERNAL LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose,
+                                      double *gap);
 
 /* Raises a solved pose to derivatives up to `order` (at most LINKAGE_MAX_ORDER); what is there
  * already is kept. */

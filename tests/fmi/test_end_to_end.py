@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -15,7 +13,6 @@ import pytest
 from fmpy.util import read_csv
 
 from fmu_src.twin.linkage import Geometry, solve
-from tests.conftest import PROJECT_ROOT
 from tests.fmi.host import MACHINE_SPEED, PLANTING_SPEED
 
 OUTPUTS = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "ground.x", "ground.vx", "machine.s")
@@ -119,39 +116,6 @@ def test_fmpy_on_the_command_line(fmu_file, one_turn, tmp_path):
 def check_tip(result: np.ndarray) -> None:
     off = result["tip.x"] - solve(Geometry(), PLANTING_SPEED * result["time"], 0).tip[0].real
     assert len(off) > 900 and np.abs(off).max() <= 1e-15
-
-
-# ---- what README.md says -------------------------------------------------------------------------
-
-README = (PROJECT_ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```\w*\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
-
-
-@pytest.fixture
-def built(fmu_file, one_turn, tmp_path) -> Path:
-    """A folder with build/fmi2 in it, to run README.md's examples in."""
-    shutil.copytree(fmu_file.parent, tmp_path / "build" / "fmi2")
-    return tmp_path
-
-
-def test_the_command_in_the_readme(built):
-    (command,) = [block for block in BLOCKS if "fmpy simulate" in block]
-    program, *arguments = shlex.split(command.replace("\\\n", " "))
-    assert Path(program).name == "fmpy"
-    done = run_fmpy(*arguments, folder=built)
-    assert done.returncode == 0, done.stderr
-    (written,) = built.glob("*.csv")
-    check_tip(read_csv(str(written)))
-
-
-def test_the_python_in_the_readme(built):
-    (code,) = [block for block in BLOCKS if "simulate_fmu(" in block]
-    check = "print(len(result), result['ground.x'][0], result['ground.x'][-1] - result['ground.x'][0])"
-    done = subprocess.run([sys.executable, "-c", f"{code}\n{check}"], cwd=built, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    rows, start, travelled = map(float, done.stdout.splitlines()[-1].split())  # fmpy warns of inputs left out
-    assert rows > 900 and start == pytest.approx(solve(Geometry(), 0.0, 0).tip[0].real, abs=1e-15)
-    assert travelled == pytest.approx(0.4, abs=0.01), "one plant further"
 
 
 def test_fmpy_validates_it(fmu_file, tmp_path):

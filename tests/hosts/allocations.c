@@ -77,8 +77,8 @@ static void *function(const char *name) {
 }
 
 /* ISO C has no cast from void * to a function pointer; POSIX says how to do without */
-#define FIND(name) \
-    name##TYPE *name##_; \
+#define FIND(name)                                                                                 \
+    name##TYPE *name##_;                                                                           \
     *(void **)&name##_ = function(#name)
 
 int main(int count, char **arguments) {
@@ -137,8 +137,8 @@ int main(int count, char **arguments) {
         failed |= fmi2DoStep_(c, t, 1e-3, fmi2False) != fmi2OK;
         failed |= fmi2GetReal_(c, output, OUTPUTS, value) != fmi2OK;
         failed |= fmi2GetRealOutputDerivatives_(c, output, OUTPUTS, order, value) != fmi2OK;
-        failed |= fmi2GetDirectionalDerivative_(c, output, OUTPUTS, input, INPUTS, seed, value)
-                  != fmi2OK;
+        failed |=
+            fmi2GetDirectionalDerivative_(c, output, OUTPUTS, input, INPUTS, seed, value) != fmi2OK;
         failed |= fmi2GetRealStatus_(c, fmi2LastSuccessfulTime, value) != fmi2OK;
         failed |= fmi2GetFMUstate_(c, &state) != fmi2OK;
         failed |= fmi2SerializedFMUstateSize_(c, state, &size) != fmi2OK;

@@ -9,9 +9,10 @@
 typedef void Receiver(fmi2String instance, fmi2Status status, fmi2String category,
                       fmi2String message);
 
-__attribute__((visibility("default"))) void
-log_to_receiver(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
-                fmi2String category, fmi2String message, ...);
+__attribute__((visibility("default"))) void log_to_receiver(fmi2ComponentEnvironment environment,
+                                                            fmi2String instance, fmi2Status status,
+                                                            fmi2String category, fmi2String message,
+                                                            ...);
 
 void log_to_receiver(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
                      fmi2String category, fmi2String message, ...) {
