@@ -5,7 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build bench lock clean
+.PHONY: help run test build bench soak lock clean
 
 help:   ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -21,6 +21,9 @@ build: $(VENV)/ready   ## build the FMUs into build/
 
 bench: build   ## measure what one communication step costs
 	$(BIN)/python -m tests.hosts.step_cost
+
+soak: build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting
+	$(BIN)/python -m tests.hosts.hostile
 
 # The environment: locked packages with hashes, then this project in place.
 $(VENV)/ready: requirements.lock pyproject.toml

@@ -30,7 +30,10 @@ WARNINGS = (
 # reassociation. errno is not read, which lets sqrt be one instruction and sin, cos one call.
 # Loops run over a handful of values: vectorizing and unrolling them costs more than it saves, and
 # pairs that were stored one by one are slow to load as vectors.
-ARITHMETIC = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-vectorize", "-fno-unroll-loops", "-fno-slp-vectorize", "-fomit-frame-pointer", "-fno-sanitize=all")
+ARITHMETIC = (
+    "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-vectorize", "-fno-slp-vectorize", "-fno-unroll-loops",
+    "-fomit-frame-pointer", "-fno-sanitize=all",
+)  # fmt: skip
 
 
 class CompileError(RuntimeError):

@@ -6,26 +6,15 @@
 #define _GNU_SOURCE /* sincos, clock_gettime, dlopen */
 #include "component/interface.h"
 #include "linkage/linkage.h"
+#include "loader.h"
 
-#include "fmi2Functions.h"
-
-#include <dlfcn.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 enum { STEPS = 2000 };
 static const double H = 1e-3, SPEED = 6.8067840827778845; /* one turn in 0.923 s */
 
-static fmi2SetupExperimentTYPE *setup;
-static fmi2EnterInitializationModeTYPE *enter;
-static fmi2ExitInitializationModeTYPE *leave;
-static fmi2SetRealTYPE *set_real;
-static fmi2GetRealTYPE *get_real;
-static fmi2DoStepTYPE *do_step;
-static fmi2ResetTYPE *reset;
+static Fmu fmu;
 static fmi2Component instance;
 
 static volatile double sink;
@@ -34,28 +23,6 @@ static double now(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
-static void demand(int holds, const char *what) {
-    if (!holds) {
-        fprintf(stderr, "step_cost: %s\n", what);
-        exit(1);
-    }
-}
-
-static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                   fmi2String category, fmi2String message, ...) {
-    (void)environment;
-    (void)name;
-    (void)status;
-    (void)category;
-    fprintf(stderr, "%s\n", message);
-}
-
-static void *function(void *library, const char *name) {
-    void *address = dlsym(library, name);
-    demand(address != NULL, name);
-    return address;
 }
 
 /* ---- what is measured ---- */
@@ -96,17 +63,17 @@ static double measure_steps(size_t inputs, size_t outputs) {
     static const fmi2ValueReference out[] = {VARIABLE_TIP_X,  VARIABLE_TIP_Y,  VARIABLE_TIP_VX,
                                              VARIABLE_TIP_VY, VARIABLE_TIP_AX, VARIABLE_TIP_AY};
     double value[6] = {0.0}, input[3] = {0.0, SPEED, 0.01};
-    demand(reset(instance) == fmi2OK, "reset");
-    demand(setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
-    demand(enter(instance) == fmi2OK && leave(instance) == fmi2OK, "initialize");
+    demand(fmu.reset(instance) == fmi2OK, "reset");
+    demand(fmu.setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
+    demand(fmu.enter(instance) == fmi2OK && fmu.leave(instance) == fmi2OK, "initialize");
     double sum = 0.0, begin = now();
     for (int i = 0; i < STEPS; ++i) {
         double t = i * H;
         input[0] = t * SPEED;
-        int failed = set_real(instance, in, inputs, input) != fmi2OK;
-        failed |= do_step(instance, t, H, fmi2True) != fmi2OK;
+        int failed = fmu.set_real(instance, in, inputs, input) != fmi2OK;
+        failed |= fmu.do_step(instance, t, H, fmi2True) != fmi2OK;
         if (outputs > 0)
-            failed |= get_real(instance, out, outputs, value) != fmi2OK;
+            failed |= fmu.get_real(instance, out, outputs, value) != fmi2OK;
         demand(!failed, "step");
         sum += value[0] + value[5];
     }
@@ -116,22 +83,8 @@ static double measure_steps(size_t inputs, size_t outputs) {
 
 int main(int count, char **arguments) {
     demand(count == 4, "usage: step_cost LIBRARY GUID ROUNDS");
-    void *library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
-    demand(library != NULL, "the library does not load");
-    fmi2InstantiateTYPE *instantiate;
-    /* ISO C has no cast from void * to a function pointer; POSIX says how to do without */
-    *(void **)&instantiate = function(library, "fmi2Instantiate");
-    *(void **)&setup = function(library, "fmi2SetupExperiment");
-    *(void **)&enter = function(library, "fmi2EnterInitializationMode");
-    *(void **)&leave = function(library, "fmi2ExitInitializationMode");
-    *(void **)&set_real = function(library, "fmi2SetReal");
-    *(void **)&get_real = function(library, "fmi2GetReal");
-    *(void **)&do_step = function(library, "fmi2DoStep");
-    *(void **)&reset = function(library, "fmi2Reset");
-    fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
-    instance = instantiate("step_cost", fmi2CoSimulation, arguments[2], "", &callbacks, fmi2False,
-                           fmi2False);
-    demand(instance != NULL, "no instance");
+    fmu = load_fmu(arguments[1]);
+    instance = new_instance(&fmu, arguments[2]);
 
     LinkageGeometry geometry;
     double *parameter = (double *)&geometry;
