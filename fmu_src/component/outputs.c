@@ -100,8 +100,7 @@ ComponentStatus outputs_solve(Component *c, int order) {
             return COMPONENT_DISCARD;
         }
     }
-    if (c->pose.order < order)
-        linkage_differentiate(&c->linkage, &c->pose, order);
+    linkage_differentiate(&c->linkage, &c->pose, order);
     return COMPONENT_OK;
 }
 
@@ -201,7 +200,9 @@ static int order_for(uint32_t evaluations) {
 
 ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
     int order = order_for(evaluations);
-    if (c->pose.order < order && evaluations != EVALUATION_TRAVEL) {
+    if (c->pose.order >= 0) {
+        linkage_differentiate(&c->linkage, &c->pose, order);
+    } else if (evaluations != EVALUATION_TRAVEL) {
         ComponentStatus status = outputs_solve(c, order);
         if (status != COMPONENT_OK)
             return status;

@@ -220,14 +220,19 @@ static inline void differentiate_once(int n, const Linkage *linkage, LinkagePose
 }
 
 void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order) {
+    int there = pose->order;
+    if (there >= order)
+        return;
     /* constant orders, so that the compiler drops what is zero at each */
-    if (pose->order < 1 && order >= 1)
+    if (there < 1)
         differentiate_once(1, linkage, pose);
-    if (pose->order < 2 && order >= 2)
+    if (there < 2 && order >= 2)
         differentiate_once(2, linkage, pose);
-    if (pose->order < 3 && order >= 3)
+    if (order < 3)
+        return;
+    if (there < 3)
         differentiate_once(3, linkage, pose);
-    if (pose->order < 4 && order >= 4)
+    if (there < 4 && order >= 4)
         differentiate_once(4, linkage, pose);
 }
 
