@@ -9,6 +9,7 @@
 #define COMPONENT_H
 
 #include "../linkage/linkage.h"
+
 #include "crank.h"
 #include "interface.h"
 #include "travel.h"

@@ -101,11 +101,7 @@ CrankMotion crank_motion_of(const CrankInput *input) {
     static const SampleTimes no_times;
     static const Samples no_samples;
     static const Crank no_crank;
-    CrankMotion motion =
-        motion_at_sample(&no_samples, best_source(&no_crank, input), &no_times, input);
-    if (input->w == 0.0 && input->a != 0.0)
-        motion.a = input->a;
-    return motion;
+    return motion_at_sample(&no_samples, best_source(&no_crank, input), &no_times, input);
 }
 
 void crank_drop_sample(Crank *crank, const SampleTimes *times) {
