@@ -19,8 +19,9 @@ test: build   ## build the FMUs and run every test
 build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
 
-bench: build   ## measure what one communication step costs
+bench: build   ## measure what a step costs, and speed against error
 	$(BIN)/python -m tests.hosts.step_cost
+	$(BIN)/python -m scenarios.speed_vs_error
 
 soak: build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting
 	$(BIN)/python -m tests.hosts.hostile

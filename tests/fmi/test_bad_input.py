@@ -35,6 +35,7 @@ OF_AN_INSTANCE = [
 ]
 REALS = [v.name for v in INTERFACE.variables if v.kind in ("input", "parameter") and v.type == "real"] + ["machine.s"]
 NOT_FINITE = [math.nan, math.inf, -math.inf]
+TOO_GREAT = [1.5e60, -1e300]  # beyond 1e60 derivatives of outputs could overflow
 
 
 @contextmanager
@@ -222,19 +223,31 @@ def test_parameters_are_fixed_after_initialization(new, name):
 # ---- values --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("value", NOT_FINITE)
+@pytest.mark.parametrize("value", NOT_FINITE + TOO_GREAT)
 @pytest.mark.parametrize("name", REALS)
 def test_values_that_are_no_numbers(new, name, value):
     instance = in_initialization(new())
-    with refused(instance, name, "finite", str(value)):
+    with refused(instance, name, "finite", str(value), "1e+60"):
         assert instance.try_set({name: value}) == ERROR
 
 
-@pytest.mark.parametrize("value", NOT_FINITE)
+@pytest.mark.parametrize("value", [1e60, -1e60])
+def test_the_greatest_inputs_overflow_nothing(new, value):
+    """Every output and derivative is a number still, with all inputs at their limit."""
+    inputs = [v.name for v in INTERFACE.variables if v.kind == "input"]
+    instance = new().initialize(dict.fromkeys(inputs, value))
+    outputs = instance.fmu.names("output")
+    numbers = instance.outputs() + instance.get_derivatives(*[(name, order) for name in outputs for order in (1, 2)])
+    for name in inputs:
+        numbers += instance.sensitivity(outputs, {name: 1.0})
+    assert all(map(math.isfinite, numbers))
+
+
+@pytest.mark.parametrize("value", NOT_FINITE + TOO_GREAT)
 @pytest.mark.parametrize("order", [1, 2])
 def test_derivatives_that_are_no_numbers(new, order, value):
     instance = between_steps(new())
-    with refused(instance, "machine.v", "finite", str(value)):
+    with refused(instance, "machine.v", "finite", str(value), "1e+60"):
         assert instance.try_set_derivatives({("machine.v", order): value}) == ERROR
 
 

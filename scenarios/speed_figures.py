@@ -1,0 +1,154 @@
+"""The figures of the report on speed and error.
+
+Errors are in mm, mm/s and mm/s2, both axes logarithmic. One line is one rung, in a palette
+that the colour-blind can tell apart (Okabe and Ito), with a marker of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")  # no display needed
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator  # noqa: E402
+
+from scenarios.coupling import QUANTITIES, RUNGS, SOLVING, Coupling  # noqa: E402
+from scenarios.crank_profiles import Profile  # noqa: E402
+from scenarios.figures import STYLE  # noqa: E402
+from scenarios.scene_cost import BASE, Costs, Scene  # noqa: E402
+
+UNITS = ("mm", "mm/s", "mm/s²")
+# Colour, marker, its size and the line's dashes: larger marks lie below smaller ones.
+LOOKS = {
+    "held": ("#000000", "s", 5.0, "-"),
+    "derivative_1": ("#E69F00", "v", 6.0, "-"),
+    "derivatives_2": ("#56B4E9", "^", 6.0, "-"),
+    "angle": ("#009E73", "o", 6.0, "-"),
+    "angle_speed": ("#0072B2", "D", 5.5, "-"),
+    "angle_speed_acceleration": ("#D55E00", "o", 3.2, "--"),
+    "at_step_end": ("#CC79A7", "x", 5.5, ":"),
+}
+
+
+def draw_all(output: Path, coupling: Coupling, profiles: Sequence[Profile], reference: str, c_host: Costs | None,
+             fmpy_host: Costs, scenes: Sequence[Scene]) -> list[Path]:
+    """Write the figures and return their paths; ``reference`` is the profile of the speed figure."""
+    figures: dict[str, Callable[[], Figure]] = {
+        f"error_of_{quantity}": lambda n=n: draw_errors(coupling, profiles, n) for n, quantity in enumerate(QUANTITIES)}
+    title = next(p.title for p in profiles if p.key == reference)
+    figures["error_over_speed"] = lambda: draw_speed(coupling, reference, title, c_host, fmpy_host)
+    if c_host is not None:
+        figures["scenes"] = lambda: draw_scenes(c_host, scenes)
+    paths = []
+    with plt.rc_context(STYLE):
+        for name, draw in figures.items():
+            paths.append(output / f"{name}.png")
+            figure = draw()
+            figure.savefig(paths[-1])
+            plt.close(figure)
+    return paths
+
+
+def _line(axes: Axes, rung: str, x: np.ndarray, errors: np.ndarray, quantity: int, label: str) -> None:
+    colour, marker, size, dashes = LOOKS[rung]
+    axes.plot(x, np.maximum(errors, SOLVING[quantity]) * 1e3, dashes, color=colour, marker=marker, markersize=size,
+              linewidth=1.4, markeredgewidth=1.3 if marker == "x" else 0.5, label=label, clip_on=False)
+
+
+def _error_axis(axes: Axes, quantity: int, highest: float) -> None:
+    """From the solving error up to a decade above the highest, in m or its rates."""
+    axes.set_yscale("log")
+    axes.set_ylim(SOLVING[quantity] * 1e3, 10 ** np.ceil(np.log10(highest * 1e3)))
+    axes.yaxis.set_major_locator(LogLocator(base=10, numticks=9))
+    axes.yaxis.set_minor_locator(NullLocator())
+
+
+def draw_errors(coupling: Coupling, profiles: Sequence[Profile], quantity: int) -> Figure:
+    """Worst error over step: one panel a profile."""
+    figure, grid = plt.subplots(2, 3, figsize=(11.0, 7.4), sharex=True, sharey=True)
+    steps = np.array(coupling.steps_ms)
+    highest = max(error.worst[quantity] for error in coupling.all)
+    for axes, profile in zip(grid.flat, profiles):
+        for rung in RUNGS:
+            _line(axes, rung.key, steps, coupling.worst(profile.key, rung.key, quantity), quantity, rung.title)
+        axes.set_xscale("log")
+        _error_axis(axes, quantity, highest)
+        axes.xaxis.set_major_locator(FixedLocator(steps))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_title(profile.title, loc="left")
+        # Where many lines share the lower edge, say so: the marks hide each other there.
+        exact = [np.all(coupling.worst(profile.key, rung.key, quantity) <= SOLVING[quantity]) for rung in RUNGS]
+        if sum(exact) > 1:
+            left_out = "all others" if sum(exact) == len(RUNGS) - 1 else f"{sum(exact)} of {len(RUNGS)} lines"
+            axes.annotate(f"{left_out}: exact", (0.03, 0), xytext=(0, 7), xycoords="axes fraction",
+                          textcoords="offset points", ha="left", fontsize=8, color="#555555")
+    for axes in grid[1]:
+        axes.set_xlabel("communication step / ms")
+    for axes in grid[:, 0]:
+        axes.set_ylabel(f"worst error / {UNITS[quantity]}")
+    figure.suptitle(f"Tip {QUANTITIES[quantity]}: worst error over the communication step, after the start-up",
+                    x=0.012, ha="left", fontsize=11)
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=4, bbox_to_anchor=(0.5, 0.03), title="What the host gives")
+    figure.text(0.5, 0.012, "On the lower edge: exact, or as small as the solving error.", ha="center", color="#555555",
+                fontsize=8)
+    figure.tight_layout(rect=(0, 0.13, 1, 0.985))
+    return figure
+
+
+def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | None, fmpy_host: Costs) -> Figure:
+    """Worst position error over steps a second and over the host's time."""
+    hosts = [("C host", c_host)] if c_host is not None else []
+    hosts.append(("fmpy", fmpy_host))
+    figure, panels = plt.subplots(1, 1 + len(hosts), figsize=(3.7 * (1 + len(hosts)), 4.9), sharey=True, squeeze=False)
+    rates = 1e3 / np.array(coupling.steps_ms)  # 1/s
+    for rung in RUNGS:
+        errors = coupling.worst(profile, rung.key)
+        order = coupling.order(profile, rung.key)
+        label = rung.title + (f" (order {order:.1f})" if np.isfinite(order) else " (exact)")
+        _line(panels[0, 0], rung.key, rates, errors, 0, label)
+        for axes, (_, costs) in zip(panels[0, 1:], hosts):
+            _line(axes, rung.key, rates / 1e3 * costs.ratio(rung.key, "held"), errors, 0, label)
+    for axes in panels.flat:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        _error_axis(axes, 0, max(error.worst[0] for error in coupling.all if error.profile == profile))
+    panels[0, 0].set(xlabel="communication steps a second", ylabel="worst error of the tip / mm")
+    panels[0, 0].set_title("Steps", loc="left")
+    for axes, (name, _) in zip(panels[0, 1:], hosts):
+        axes.set_xlabel("host time (held at 1 ms = 1)")
+        axes.set_title(f"Time of a step in {'a ' if name == 'C host' else ''}{name}", loc="left")
+    figure.suptitle(f"Error against speed: {title}", x=0.012, ha="left", fontsize=11)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=3, bbox_to_anchor=(0.5, 0.0))
+    figure.tight_layout(rect=(0, 0.17, 1, 0.985))
+    return figure
+
+
+def draw_scenes(costs: Costs, scenes: Sequence[Scene]) -> Figure:
+    """What a step costs by what is read, in times of one that reads positions."""
+    figure, axes = plt.subplots(figsize=(8.0, 3.4))
+    ratios = np.array([costs.ratio(scene.key, BASE) for scene in scenes])
+    quartiles = np.array([costs.spread(scene.key, BASE) for scene in scenes])
+    whiskers = np.maximum(np.abs(quartiles.T - ratios), 0)
+    places = np.arange(len(scenes))
+    axes.barh(places, ratios, color="#0072B2", height=0.62, xerr=whiskers, error_kw={"ecolor": "#000000", "capsize": 2})
+    for place, ratio, (_, high) in zip(places, ratios, quartiles):
+        axes.text(max(ratio, high) + 0.06, place, f"{ratio:.2f}", va="center")
+    axes.set_yticks(places, [scene.title for scene in scenes])
+    axes.set_xlim(0, 1.1 * max(ratios.max(), quartiles.max()))
+    axes.invert_yaxis()
+    axes.grid(axis="y", visible=False)
+    axes.set_xlabel("time of a step (reading positions = 1); whiskers: middle half of the rounds")
+    axes.set_title("What a scene pays for what it reads, in a C host", loc="left")
+    figure.tight_layout()
+    return figure
