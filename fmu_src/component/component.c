@@ -376,7 +376,7 @@ static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, d
                       "; the same step was discarded before");
     }
     c->settings.mode = MODE_STEP_REFUSED;
-    c->pose.order = -1; /* the pose of the last step is computed anew when it is read */
+    /* linkage_place left no pose: that of the last step is computed anew when it is read */
     c->fresh = EVALUATION_NONE;
     c->step_was_refused = true;
     c->refused_time = time;

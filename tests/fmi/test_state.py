@@ -79,6 +79,19 @@ def test_start_values_are_part_of_the_state(new):
     assert other.get("machine.s") == [4.0 + 0.125 / 2]
 
 
+def test_what_is_read_right_after_restoring_is_of_the_state(new):
+    """Not of the pose that the instance happened to be in; also in another geometry."""
+    instance, other = begin(new()), new().initialize({"geometry.L1": 0.052, "crank.phi": 2.0})
+    tell(instance, 0, 5)
+    state, expected = instance.save(), bits(instance.outputs())
+    tell(instance, 5, 9)
+    assert bits(instance.outputs()) != expected
+    assert bits(instance.restore(state).outputs()) == expected
+    other.outputs()
+    other.deserialize(instance.serialize())
+    assert bits(other.outputs()) == expected
+
+
 def test_states_are_independent(new):
     """Any number of them; going back to one leaves the others alone."""
     instance, states, expected = begin(new()), [], []
