@@ -316,9 +316,12 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
     for (size_t i = 0; i < unknown_count; ++i)
         if (!is_output(unknown[i]))
             return refuse_reference(c, unknown[i], "is no output: no derivative of it");
-    for (size_t k = 0; k < known_count; ++k)
+    for (size_t k = 0; k < known_count; ++k) {
         if (!is_input(known[k]))
             return refuse_reference(c, known[k], "is no input: no derivative by it");
+        if (!(fabs(seed[k]) <= GREATEST_VALUE))
+            return refuse_value(c, known[k], seed[k]);
+    }
     for (int pass = 0; pass < 2; ++pass) {
         for (size_t i = 0; i < unknown_count; ++i) {
             double sum = 0.0;

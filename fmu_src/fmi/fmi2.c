@@ -29,11 +29,23 @@ static const char *category(fmi2Status status) {
     }
 }
 
+/* The message goes out complete, as a format without arguments: hosts written in other languages
+ * than C cannot read those. */
 static void say(const Instance *instance, fmi2Status status, const char *function,
                 const char *text) {
-    if (instance->logger != NULL)
-        instance->logger(instance->environment, instance->name, status, category(status), "%s: %s",
-                         function, text);
+    char format[2 * COMPONENT_MESSAGE_SIZE];
+    size_t length = 0;
+    const char *const parts[] = {function, ": ", text};
+    if (instance->logger == NULL)
+        return;
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; ++i)
+        for (const char *part = parts[i]; *part != '\0' && length + 2 < sizeof format; ++part) {
+            format[length++] = *part;
+            if (*part == '%')
+                format[length++] = '%';
+        }
+    format[length] = '\0';
+    instance->logger(instance->environment, instance->name, status, category(status), format);
 }
 
 static fmi2Status refuse(const Instance *instance, const char *function, const char *text) {

@@ -304,7 +304,8 @@ def test_all_are_read_or_none(new, name, place):
 
 
 @pytest.mark.parametrize(
-    ("start", "stop"), [(math.nan, None), (math.inf, None), (0.0, math.nan), (0.0, math.inf), (1.0, 0.5), (-math.inf, 0.0)]
+    ("start", "stop"),
+    [(math.nan, None), (math.inf, None), (0.0, math.nan), (0.0, math.inf), (1.0, 0.5), (-math.inf, 0.0)],
 )
 def test_times_of_the_experiment(new, start, stop):
     instance = new()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from mpmath import mp, mpf
 
@@ -60,6 +62,13 @@ def test_seeds_add_up(new, point):
     assert instance.sensitivity(OUTPUTS, dict.fromkeys(INPUTS, 0.0)) == [0.0] * len(OUTPUTS)
     assert instance.sensitivity(OUTPUTS, {}) == [0.0] * len(OUTPUTS)
     assert instance.sensitivity([], seed) == []
+
+
+@pytest.mark.parametrize("share", [math.nan, math.inf, -1e200])
+def test_a_seed_that_is_no_number_is_refused(new, share):
+    instance = new().setup().enter().set(POINTS[0])
+    with pytest.raises(AssertionError, match="crank.w = .*finite"):
+        instance.sensitivity(OUTPUTS, {"crank.phi": 1.0, "crank.w": share})
 
 
 def test_each_unknown_for_itself(new):

@@ -11,9 +11,10 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import c_char_p
+from ctypes import byref, c_char_p
 
 import pytest
+from fmpy import fmi2
 from lxml import etree
 
 from tests.fmi.host import DISCARD, ERROR, OK, Instance
@@ -88,6 +89,16 @@ def test_names_are_no_formats(new):
     instance = new("100%s %n %d", logging=True)
     provoke(instance)
     assert {message.instance for message in instance.messages} == {"100%s %n %d"}
+
+
+def test_message_is_complete_without_arguments(fmu):
+    """A host in another language than C sees the format alone; ctypes gives it as it is."""
+    slave, heard = fmu.load(), []
+    logger = fmi2.fmi2CallbackLoggerTYPE(lambda *arguments: heard.append(arguments[4].decode()))
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = logger
+    slave.fmi2Instantiate(b"", fmi2.fmi2CoSimulation, b"", None, byref(callbacks), 0, 0)
+    assert heard == ["fmi2Instantiate: the instance name is missing or empty"]
 
 
 def test_numbers_can_be_read_back(new):
