@@ -26,7 +26,18 @@ from tqdm import tqdm
 from scenarios import coupling as coupled
 from scenarios import reports, scene_cost, speed_figures
 from scenarios.coupling import (
-    ANGLE, AT_END, FULL, HELD, ORDER_RANGE_MS, QUANTITIES, RUNGS, SOLVING, START_UP, STEPS_MS, Coupling, UnpackedFmu,
+    ANGLE,
+    AT_END,
+    FULL,
+    HELD,
+    ORDER_RANGE_MS,
+    QUANTITIES,
+    RUNGS,
+    SOLVING,
+    START_UP,
+    STEPS_MS,
+    Coupling,
+    UnpackedFmu,
 )
 from scenarios.crank_profiles import PROFILES
 from scenarios.cycle import FmuError

@@ -16,7 +16,7 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
 /* Another layout is another FORMAT_VERSION: this array has a negative size when members come or
  * go besides variables, whose number is in the interface's token. */
 typedef char state_has_this_layout
-    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 40) ? 1 : -1];
+    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 41) ? 1 : -1];
 
 /* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
 static uint64_t hash(const uint8_t bytes[], size_t size) {

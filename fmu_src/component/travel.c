@@ -16,6 +16,11 @@ static double smaller_slope(double a, double b) {
 void travel_advance(const Travel *before, double gap, double v, const InputDerivatives *derivatives,
                     bool at_step_end, double h, Travel *restrict after) {
     static const double SIXTH = 1.0 / 6.0;
+    bool is_known = derivatives_order(derivatives) > 0;
+    if (v == 0.0 && before->stands_still && !is_known) {
+        *after = *before; /* also where no speed is connected: a scene pays for what it needs */
+        return;
+    }
     double distance = 0.0, to_sample = 0.0;
     if (before->samples > 0) {
         distance = before->ahead_is_known ? before->ahead : 0.5 * (before->v + v) * gap;
@@ -32,7 +37,6 @@ void travel_advance(const Travel *before, double gap, double v, const InputDeriv
     double lost = (before->sum - (sum - from_distance)) + (distance - from_distance);
     double sum_low = before->sum_low + lost;
 
-    bool is_known = derivatives_order(derivatives) > 0;
     if (is_known) {
         slope = derivatives->value[0];
         curvature = derivatives->value[1];
@@ -45,6 +49,8 @@ void travel_advance(const Travel *before, double gap, double v, const InputDeriv
         .v = v,
         .slope = to_sample,
         .samples = before->samples > 0 ? 2 : 1,
+        .stands_still = before->samples > 0 && v == 0.0 && slope == 0.0 && curvature == 0.0
+                        && to_sample == 0.0,
         .sum = sum,
         .sum_low = sum_low,
         .ahead = ahead,

@@ -27,6 +27,7 @@ typedef struct {
     MachineMotion end;         /* the motion at the end of the last step */
     double v, slope;           /* the newest sample of the speed, and the slope that led to it */
     int64_t samples;           /* how many there were: 0, 1, or more (2) */
+    int64_t stands_still;      /* as long as the speed stays 0, nothing changes */
     double sum, sum_low;       /* the distance up to the newest sample */
     double ahead;              /* what was added beyond it up to the end of the last step */
     int64_t ahead_is_known;    /* it came from input derivatives: keep it */

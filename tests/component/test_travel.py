@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.fmi.drive import order_of_convergence
-from tests.fmi.host import MACHINE_SPEED, ERROR
+from tests.fmi.host import ERROR, MACHINE_SPEED
 
 STEPS = (16e-3, 8e-3, 4e-3, 2e-3)
 

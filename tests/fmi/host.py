@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable, Iterable, Mapping
-from ctypes import POINTER, byref, c_double, c_int32, c_size_t, c_uint32, c_void_p
+from ctypes import byref, c_double, c_int32, c_size_t, c_uint32, c_void_p
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
