@@ -29,7 +29,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.simulation import instantiate_fmu
 
 from scenarios.crank_profiles import Motion, Profile
-from scenarios.cycle import FmuError
+from scenarios.cycle import FmuError, first_line, require_fmu
 
 STEPS_MS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -82,7 +82,7 @@ class Linkage:
         try:
             description = read_model_description(str(folder))
         except Exception as error:  # XML and schema errors have no common base
-            raise FmuError(f"The FMU's description cannot be read: {_first_line(error)}") from error
+            raise FmuError(f"The FMU's description cannot be read: {first_line(error)}") from error
         self.reference = {v.name: v.valueReference for v in description.modelVariables}
         missing = [name for name in (*CRANK, *TIP, AT_STEP_END) if name not in self.reference]
         if description.fmiVersion != "2.0" or description.coSimulation is None or missing:
@@ -92,7 +92,7 @@ class Linkage:
         try:
             self.slave: FMU2Slave = instantiate_fmu(str(folder), description, "CoSimulation")
         except Exception as error:
-            raise FmuError(f"The FMU cannot be loaded on this platform: {_first_line(error)}") from error
+            raise FmuError(f"The FMU cannot be loaded on this platform: {first_line(error)}") from error
         self._crank = [self.reference[name] for name in CRANK]
         self._tip = [self.reference[name] for name in TIP]
 
@@ -150,20 +150,15 @@ class Linkage:
         self.close()
 
 
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
-
-
 class UnpackedFmu:
     """An FMU's files in a folder of their own, deleted at the end; a context manager."""
 
     def __init__(self, path: Path) -> None:
-        if not path.is_file():
-            raise FmuError(f"There is no FMU at {path}: run `make build`, or name one with --fmu.")
+        require_fmu(path)
         try:
             self.folder = Path(extract(str(path)))
         except Exception as error:  # zip errors have no common base
-            raise FmuError(f"{path} cannot be read as an FMU: {_first_line(error)}") from error
+            raise FmuError(f"{path} cannot be read as an FMU: {first_line(error)}") from error
 
     def __enter__(self) -> Path:
         return self.folder

@@ -88,12 +88,11 @@ class LinkageFmu:
         self._directory: str | None = None
         self._instance = None
 
-        if not path.is_file():
-            raise FmuError(f"There is no FMU at {path}: run `make build`, or name one with --fmu.")
+        require_fmu(path)
         try:
             self.description: ModelDescription = read_model_description(str(path))
         except Exception as error:  # zip, XML and schema errors have no common base
-            raise FmuError(f"{path} cannot be read as an FMU: {_first_line(error)}") from error
+            raise FmuError(f"{path} cannot be read as an FMU: {first_line(error)}") from error
         self._check_description()
         self.turn_time: float = (float(self.description.defaultExperiment.stopTime)
                                  - float(self.description.defaultExperiment.startTime or 0))
@@ -104,7 +103,7 @@ class LinkageFmu:
                 logger=self._log, debug_logging=True)  # its messages say why it refuses
         except Exception as error:
             self.close()
-            raise FmuError(f"{path} cannot be loaded on this platform: {_first_line(error)}") from error
+            raise FmuError(f"{path} cannot be loaded on this platform: {first_line(error)}") from error
 
     def _check_description(self) -> None:
         description = self.description
@@ -165,7 +164,7 @@ class LinkageFmu:
                 start_time=0.0, stop_time=stop, output_interval=stop / steps,
                 start_values=parameters, input=signals, output=list(self.outputs))
         except FMICallException as error:
-            raise Refused(_refusal(self._messages) or _first_line(error)) from error
+            raise Refused(_refusal(self._messages) or first_line(error)) from error
         if len(result) != steps + 1:
             raise RuntimeError(f"fmpy returned {len(result)} samples instead of {steps + 1}")
         return Turns(
@@ -191,7 +190,14 @@ class LinkageFmu:
         self.close()
 
 
-def _first_line(error: Exception) -> str:
+def require_fmu(path: Path) -> None:
+    """Raises FmuError, with the way to get one, where there is no file."""
+    if not path.is_file():
+        raise FmuError(f"There is no FMU at {path}: run `make build`, or name one with --fmu.")
+
+
+def first_line(error: Exception) -> str:
+    """What an error says, or its name where it says nothing."""
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 

@@ -6,7 +6,8 @@
 static const double TURN = 6.283185307179586477, TURN_LOW = 2.4492935982947064e-16;
 static const double JUMP = 1.570796326794896619; /* a quarter turn */
 
-CrankMotion crank_motion_after(CrankMotion m, double h) {
+/* The motion h seconds later: Taylor's series. */
+static CrankMotion motion_after(CrankMotion m, double h) {
     /* powers first: the angle is what everything after the step waits for */
     static const double THIRD = 1.0 / 3.0;
     double half_square = 0.5 * h * h, cube = half_square * h * THIRD;
@@ -126,7 +127,7 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
         CrankMotion expected = before->end;
         if (input->at_step_end) {
             expected.phi = before->phi;
-            expected = crank_motion_after(expected, h);
+            expected = motion_after(expected, h);
         }
         double off = input->phi - expected.phi;
         if (!(fabs(off) <= JUMP)) {
@@ -149,7 +150,7 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
         add_sample(&after->samples, source, times, input, change);
     }
     CrankMotion motion = motion_at_sample(&after->samples, source, times, input);
-    after->end = input->at_step_end ? motion : crank_motion_after(motion, h);
+    after->end = input->at_step_end ? motion : motion_after(motion, h);
     if (are_set(input, &input->phi_derivatives) && !input->at_step_end) {
         const double *derivative = input->phi_derivatives.value;
         after->end.phi = input->phi + h * (derivative[0] + h * (0.5 * derivative[1]));

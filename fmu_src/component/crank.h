@@ -51,9 +51,6 @@ typedef struct {
 /* What crank_advance noticed, as flags. */
 enum { CRANK_UNWRAPPED = 1, CRANK_RESTARTED = 2 };
 
-/* The motion after h seconds: Taylor's series about `motion`. */
-INTERNAL CrankMotion crank_motion_after(CrankMotion motion, double h);
-
 /* The motion that the inputs tell by themselves, before the first step. */
 INTERNAL CrankMotion crank_motion_of(const CrankInput *input);
 
@@ -64,7 +61,8 @@ INTERNAL void crank_start(Crank *crank, const CrankInput *input);
 INTERNAL void crank_drop_sample(Crank *crank, const SampleTimes *times);
 
 /* Takes the sample of a step of h > 0 seconds and carries the crank from before to its end,
- * after->end. times->gap[0] is the time since the last sample, where there is one.
+ * after->end. times->gap[0] is the time since the last sample, where there is one. Returns the
+ * CRANK_ flags of what it noticed.
  * An angle that is off what was expected by whole turns (a host that gives it modulo one turn,
  * say) is taken as continuing; one that is off by more than a quarter of a turn besides is a
  * jump: the history restarts. */
