@@ -49,6 +49,7 @@ class Variable:
     type: str
     unit: Unit | None
     start: float | bool | None
+    range: tuple[float, float] | None
     computed_by: str | None
     depends: dict[str, str]
     initially: tuple[str, ...]
@@ -154,6 +155,7 @@ def _variable(reference: int, entry: dict, units: dict[str, Unit], sets: dict[st
             type=entry.pop("type", "real"),
             unit=units[entry.pop("unit")] if "unit" in entry else None,
             start=entry.pop("start", None),
+            range=_range(entry.pop("range", None)),
             computed_by=entry.pop("computed_by", None),
             depends={
                 known: kind or "dependent"
@@ -167,6 +169,10 @@ def _variable(reference: int, entry: dict, units: dict[str, Unit], sets: dict[st
     if entry:
         raise InterfaceError(f"{INTERFACE_FILE.name}: {name}: unknown keys {sorted(entry)}")
     return variable
+
+
+def _range(limits: list[float] | None) -> tuple[float, float] | None:
+    return None if limits is None else (limits[0], limits[1])
 
 
 def _expand(names: list[str], sets: dict[str, list[str]]) -> tuple[str, ...]:
@@ -188,6 +194,8 @@ def _check(variables: tuple[Variable, ...]) -> None:
             problems.append(f"a start value is missing: every {v.kind} has one")
         if (v.kind == "output") != (v.computed_by is not None):
             problems.append("computed_by belongs to outputs, and to each of them")
+        if v.range and not (v.kind == "parameter" and v.range[0] <= v.start <= v.range[1]):
+            problems.append(f"range {list(v.range)} belongs to parameters, and their start lies in it")
         for known, kind in v.depends.items():
             if known not in by_name or by_name[known].kind != "input":
                 problems.append(f"depends on {known!r}, which is no input")

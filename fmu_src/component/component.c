@@ -12,8 +12,7 @@
 static const double TIME_TOLERANCE_STEPS = 1e-6;      /* of the step */
 static const double TIME_TOLERANCE_ULPS = 16 * DBL_EPSILON; /* of the time */
 
-/* The fourth power of a speed, over the smallest determinant to the seventh, stays a number. */
-static const double GREATEST_VALUE = 1e60;
+static const double GREATEST_VALUE = INTERFACE_GREATEST_VALUE;
 
 /* ---- modes ------------------------------------------------------------------------------ */
 
@@ -30,6 +29,7 @@ static CrankInput crank_input(const Component *c) {
     input.w = c->settings.real[VARIABLE_CRANK_W];
     input.a = c->settings.real[VARIABLE_CRANK_A];
     input.at_step_end = c->settings.real[VARIABLE_CRANK_AT_STEP_END] != 0.0;
+    input.smoothing = c->settings.real[VARIABLE_CRANK_SMOOTHING];
     input.has_derivatives = c->settings.derivatives_are_set != 0;
     if (input.has_derivatives) {
         input.phi_derivatives = *derivatives_of(c, VARIABLE_CRANK_PHI);
@@ -138,9 +138,16 @@ static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t 
 
 static COMPONENT_RARELY ComponentStatus refuse_value(Component *c, uint32_t reference,
                                                      double value) {
-    message_write(c->message, sizeof c->message, "%s = %g: must be a finite number within +-%g",
-                  interface_variables[reference].name, value, GREATEST_VALUE);
+    const InterfaceVariable *variable = &interface_variables[reference];
+    message_write(c->message, sizeof c->message, "%s = %g: must be a finite number from %g to %g",
+                  variable->name, value, variable->least, variable->greatest);
     return COMPONENT_ERROR;
+}
+
+/* Only parameters have a range of their own. */
+static bool is_in_range(uint32_t reference, double value) {
+    const InterfaceVariable *variable = &interface_variables[reference];
+    return value >= variable->least && value <= variable->greatest;
 }
 
 static bool is_known(uint32_t reference) { return reference - 1 < INTERFACE_COUNT; }
@@ -199,7 +206,7 @@ static COMPONENT_RARELY ComponentStatus refuse_values(Component *c, const uint32
             return refuse_reference(c, *reference, "is a Boolean, not a real");
         if (!(interface_access[*reference] & real_access_now(c)))
             return refuse_setting(c, *reference);
-        if (!(fabs(*value) <= GREATEST_VALUE))
+        if (!is_in_range(*reference, *value))
             return refuse_value(c, *reference, *value);
     }
 }
@@ -209,7 +216,8 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
     uint32_t access = real_access_now(c);
     for (size_t i = 0; i < count; ++i)
         if (!(reference[i] <= INTERFACE_COUNT && (interface_access[reference[i]] & access)
-              && fabs(value[i]) <= GREATEST_VALUE))
+              && fabs(value[i]) <= GREATEST_VALUE
+              && (access == ACCESS_REAL_LATER || is_in_range(reference[i], value[i]))))
             return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
         c->settings.real[reference[i]] = value[i];
@@ -410,14 +418,15 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     CrankInput input = crank_input(c);
     /* the time since the last sample: samples belong to the starts of steps, or to their ends */
     double gap = input.at_step_end ? step : before->last_step;
-    bool times_change = gap > 0.0 && sample_times_change(&c->settings.times, gap);
+    bool is_close = samples_are_close(gap, step) && input.smoothing == 0.0;
+    bool times_change = gap > 0.0 && (is_close || sample_times_change(&c->settings.times, gap));
     SampleTimes changed = {{0.0}, {0.0}, 0};
     const SampleTimes *times = &c->settings.times;
     const Crank *crank = &before->crank;
     Crank without_newest;
     if (times_change) {
         changed = c->settings.times;
-        if (samples_are_close(gap, step)) {
+        if (is_close) {
             without_newest = *crank;
             crank_drop_sample(&without_newest, times);
             crank = &without_newest;

@@ -18,13 +18,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Marks what only refused calls execute: kept out of the way of the others. */
-#if defined(__GNUC__)
-#define COMPONENT_RARELY __attribute__((cold, noinline))
-#else
-#define COMPONENT_RARELY
-#endif
-
 typedef enum {
     COMPONENT_OK,
     COMPONENT_DISCARD, /* not for these values: try others */

@@ -45,6 +45,14 @@ static double source_value(CrankSource source, const CrankInput *input) {
     }
 }
 
+static const InputDerivatives *source_derivatives(CrankSource source, const CrankInput *input) {
+    switch (source) {
+    case SOURCE_ANGLE: return &input->phi_derivatives;
+    case SOURCE_SPEED: return &input->w_derivatives;
+    default: return &input->a_derivatives;
+    }
+}
+
 /* The host begins to give a higher derivative. Its zeros so far are samples where the crank did
  * not change what the host gave; elsewhere they only say that the derivative was not connected.
  * One sample shows no change: there, a crank that starts from rest has come half as far as one
@@ -55,20 +63,28 @@ static Samples zeros_so_far(const Samples *below, double change, double w, doubl
     return (Samples){.count = was_given ? below->count : 0};
 }
 
-/* Degrees of the polynomials: four angles, three speeds or two accelerations reach order 4. */
-static void add_sample(Samples *samples, CrankSource source, const SampleTimes *times,
-                       const CrankInput *input, double phi_change) {
+/* Adds the newest sample to the older ones; returns what continues them. Four angles, three
+ * speeds or two accelerations reach order 4. */
+static Derivatives add_sample(Samples *samples, const Samples *older, CrankSource source,
+                              const SampleTimes *times, const CrankInput *input,
+                              double phi_change) {
     switch (source) {
-    case SOURCE_ANGLE: samples_add(samples, times, input->phi, phi_change, 3); break;
-    case SOURCE_SPEED: samples_add(samples, times, input->w, input->w - samples->newest, 2); break;
-    default: samples_add(samples, times, input->a, input->a - samples->newest, 1); break;
+    case SOURCE_ANGLE:
+        samples_add(samples, older, times, input->phi, phi_change, 3);
+        return samples_derivatives(samples, older, times, 3);
+    case SOURCE_SPEED:
+        samples_add(samples, older, times, input->w, input->w - older->newest, 2);
+        return samples_derivatives(samples, older, times, 2);
+    default:
+        samples_add(samples, older, times, input->a, input->a - older->newest, 1);
+        return (Derivatives){samples->first, 0.0, 0.0};
     }
 }
 
-/* The motion at the newest sample, each derivative from the best source there is. */
-static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
-                                    const SampleTimes *times, const CrankInput *input) {
-    Derivatives trend;
+/* The motion at the newest sample, each derivative from the best source there is; trend: of the
+ * source's samples. */
+static CrankMotion motion_at_sample(CrankSource source, Derivatives trend,
+                                    const CrankInput *input) {
     CrankMotion motion = {input->phi, input->w, input->a, 0.0};
     switch (source) {
     case SOURCE_ANGLE:
@@ -76,18 +92,16 @@ static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
             motion.w = input->phi_derivatives.value[0];
             motion.a = input->phi_derivatives.value[1];
         } else {
-            trend = samples_derivatives(samples, times);
             motion.w = trend.first;
             motion.a = input->a != 0.0 ? input->a : trend.second;
             motion.jerk = trend.third;
         }
         return motion;
     case SOURCE_SPEED:
-        trend = samples_derivatives(samples, times);
         motion.a = trend.first;
         motion.jerk = trend.second;
         break;
-    default: motion.jerk = samples->first; break;
+    default: motion.jerk = trend.first; break;
     }
     if (are_set(input, &input->a_derivatives))
         motion.jerk = input->a_derivatives.value[0];
@@ -98,11 +112,38 @@ static CrankMotion motion_at_sample(const Samples *samples, CrankSource source,
     return motion;
 }
 
+/* The weights of samples fade with this time constant: a fiftieth is left after the window. One
+ * far below every step does no more, and its powers stay numbers. */
+static double fade_time(const CrankInput *input) { return fmax(0.25 * input->smoothing, 1e-12); }
+
+/* Adds the newest sample, `change` above the one `gap` before it, to the fit, whose degree is the
+ * one without smoothing. */
+static COMPONENT_RARELY void add_to_fit(Fit *fit, CrankSource source, double gap, double change,
+                                        const CrankInput *input) {
+    fit_add(fit, gap / fade_time(input), change, 3 - (int)source);
+}
+
+/* What continues the fit: its motion at the newest sample instead of the trend of the samples. */
+static COMPONENT_RARELY CrankMotion smooth_motion(const Fit *fit, CrankSource source,
+                                                  const CrankInput *input) {
+    const double *c = fit->coefficient, per_time = 1.0 / fade_time(input);
+    CrankMotion motion =
+        motion_at_sample(source,
+                         (Derivatives){per_time * c[1], 2.0 * per_time * per_time * c[2],
+                                       6.0 * per_time * per_time * per_time * c[3]},
+                         input);
+    switch (source) {
+    case SOURCE_ANGLE: motion.phi += c[0]; break;
+    case SOURCE_SPEED: motion.w += c[0]; break;
+    default: motion.a += c[0]; break;
+    }
+    return motion;
+}
+
 CrankMotion crank_motion_of(const CrankInput *input) {
-    static const SampleTimes no_times;
-    static const Samples no_samples;
+    static const Derivatives no_trend;
     static const Crank no_crank;
-    return motion_at_sample(&no_samples, best_source(&no_crank, input), &no_times, input);
+    return motion_at_sample(best_source(&no_crank, input), no_trend, input);
 }
 
 void crank_drop_sample(Crank *crank, const SampleTimes *times) {
@@ -116,6 +157,8 @@ void crank_start(Crank *crank, const CrankInput *input) {
     crank->phi = input->phi;
     crank->source = source;
     samples_start(&crank->samples, source_value(source, input));
+    if (input->smoothing > 0.0)
+        add_to_fit(&crank->fit, source, 0.0, 0.0, input);
 }
 
 int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input, double h,
@@ -139,17 +182,25 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
         }
     }
     CrankSource source = best_source(before, input);
+    Samples older = before->samples;
+    if (is_first)
+        older.count = 0;
+    else if (source != before->source)
+        older = zeros_so_far(&older, change, input->w, times->gap[0]);
     after->phi = input->phi;
     after->source = source;
-    if (is_first) {
-        samples_start(&after->samples, source_value(source, input));
-    } else {
-        after->samples = source == before->source
-                             ? before->samples
-                             : zeros_so_far(&before->samples, change, input->w, times->gap[0]);
-        add_sample(&after->samples, source, times, input, change);
+    Derivatives trend = add_sample(&after->samples, &older, source, times, input, change);
+    CrankMotion motion = motion_at_sample(source, trend, input);
+    if (input->smoothing > 0.0) {
+        after->fit = before->fit;
+        if (older.count == 0 || source != before->source)
+            fit_restart(&after->fit, older.count > 0);
+        if (source != SOURCE_ANGLE)
+            change = after->samples.newest - older.newest;
+        add_to_fit(&after->fit, source, times->gap[0], change, input);
+        if (!are_set(input, source_derivatives(source, input)))
+            motion = smooth_motion(&after->fit, source, input);
     }
-    CrankMotion motion = motion_at_sample(&after->samples, source, times, input);
     after->end = input->at_step_end ? motion : motion_after(motion, h);
     if (are_set(input, &input->phi_derivatives) && !input->at_step_end) {
         const double *derivative = input->phi_derivatives.value;

@@ -10,10 +10,14 @@
  *                              three crank.w; a missing crank.w, from the angles;
  *   3. the angle alone:        the cubic through the last four angles (fewer at the start).
  *
- * Angle error after a step of h: order 2 with one input derivative, 3 with two, 4 otherwise. */
+ * Angle error after a step of h: order 2 with one input derivative, 3 with two, 4 otherwise.
+ *
+ * With crank.smoothing, polynomials of the same degrees are fitted to the samples of that time
+ * instead, and the angle (speed, acceleration) itself is the fitted one. */
 #ifndef CRANK_H
 #define CRANK_H
 
+#include "fit.h"
 #include "samples.h"
 
 #ifndef INTERNAL /* see linkage.h */
@@ -38,11 +42,13 @@ typedef struct {
     double phi;       /* the newest angle sample, as given */
     int64_t source;   /* CrankSource */
     Samples samples;  /* of the source */
+    Fit fit;          /* to these, with smoothing; else nothing */
 } Crank;
 
 /* The crank inputs of a step, as set. */
 typedef struct {
     double phi, w, a;
+    double smoothing; /* s, the time over which samples are smoothed; 0: none */
     bool at_step_end; /* they belong to the end of the step: nothing is predicted */
     bool has_derivatives; /* the host has set some of these */
     InputDerivatives phi_derivatives, w_derivatives, a_derivatives;

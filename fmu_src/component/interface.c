@@ -2,49 +2,50 @@
 #include "interface.h"
 
 const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {
-    {"(no variable)", 0.0, -1, 0},
-    {"time", 0.0, -1, 0},
-    {"crank.phi", 0.0, 0, 0},
-    {"crank.w", 0.0, 1, 0},
-    {"crank.a", 0.0, 2, 0},
-    {"machine.v", 0.0, 3, 0},
-    {"tip.fx", 0.0, 4, 0},
-    {"tip.fy", 0.0, 5, 0},
-    {"tip.x", 0.0, -1, 1},
-    {"tip.y", 0.0, -1, 1},
-    {"tip.vx", 0.0, -1, 1},
-    {"tip.vy", 0.0, -1, 1},
-    {"tip.ax", 0.0, -1, 1},
-    {"tip.ay", 0.0, -1, 1},
-    {"tip.angle", 0.0, -1, 1},
-    {"ground.x", 0.0, -1, 1},
-    {"ground.y", 0.0, -1, 1},
-    {"ground.vx", 0.0, -1, 1},
-    {"ground.vy", 0.0, -1, 1},
-    {"ground.ax", 0.0, -1, 1},
-    {"ground.ay", 0.0, -1, 1},
-    {"machine.s", 0.0, -1, 1},
-    {"crank.tau", 0.0, -1, 1},
-    {"assembly.margin", 0.0, -1, 1},
-    {"geometry.L1", 0.05, -1, 0},
-    {"geometry.L2", 0.105, -1, 0},
-    {"geometry.L3", 0.105, -1, 0},
-    {"geometry.L4", 0.018, -1, 0},
-    {"geometry.L5", 0.24, -1, 0},
-    {"geometry.L6", 0.07, -1, 0},
-    {"geometry.L7", 0.25, -1, 0},
-    {"geometry.L8", 0.055, -1, 0},
-    {"geometry.L9", 0.2, -1, 0},
-    {"geometry.XC", 0.115, -1, 0},
-    {"geometry.YC", -0.055, -1, 0},
-    {"geometry.XG", 0.107, -1, 0},
-    {"geometry.YG", -0.115, -1, 0},
-    {"geometry.phi1", 2.111848394913139, -1, 0},
-    {"geometry.phi4", 5.427973973702365, -1, 0},
-    {"geometry.theta3", 0.4886921905584123, -1, 0},
-    {"geometry.theta8", 1.8325957145940461, -1, 0},
-    {"geometry.theta9", 1.3962634015954636, -1, 0},
-    {"crank.at_step_end", 0.0, -1, 0},
+    {"(no variable)", 0.0, 0.0, 0.0, -1, 0},
+    {"time", 0.0, -1e+60, 1e+60, -1, 0},
+    {"crank.phi", 0.0, -1e+60, 1e+60, 0, 0},
+    {"crank.w", 0.0, -1e+60, 1e+60, 1, 0},
+    {"crank.a", 0.0, -1e+60, 1e+60, 2, 0},
+    {"machine.v", 0.0, -1e+60, 1e+60, 3, 0},
+    {"tip.fx", 0.0, -1e+60, 1e+60, 4, 0},
+    {"tip.fy", 0.0, -1e+60, 1e+60, 5, 0},
+    {"tip.x", 0.0, -1e+60, 1e+60, -1, 1},
+    {"tip.y", 0.0, -1e+60, 1e+60, -1, 1},
+    {"tip.vx", 0.0, -1e+60, 1e+60, -1, 1},
+    {"tip.vy", 0.0, -1e+60, 1e+60, -1, 1},
+    {"tip.ax", 0.0, -1e+60, 1e+60, -1, 1},
+    {"tip.ay", 0.0, -1e+60, 1e+60, -1, 1},
+    {"tip.angle", 0.0, -1e+60, 1e+60, -1, 1},
+    {"ground.x", 0.0, -1e+60, 1e+60, -1, 1},
+    {"ground.y", 0.0, -1e+60, 1e+60, -1, 1},
+    {"ground.vx", 0.0, -1e+60, 1e+60, -1, 1},
+    {"ground.vy", 0.0, -1e+60, 1e+60, -1, 1},
+    {"ground.ax", 0.0, -1e+60, 1e+60, -1, 1},
+    {"ground.ay", 0.0, -1e+60, 1e+60, -1, 1},
+    {"machine.s", 0.0, -1e+60, 1e+60, -1, 1},
+    {"crank.tau", 0.0, -1e+60, 1e+60, -1, 1},
+    {"assembly.margin", 0.0, -1e+60, 1e+60, -1, 1},
+    {"geometry.L1", 0.05, -1e+60, 1e+60, -1, 0},
+    {"geometry.L2", 0.105, -1e+60, 1e+60, -1, 0},
+    {"geometry.L3", 0.105, -1e+60, 1e+60, -1, 0},
+    {"geometry.L4", 0.018, -1e+60, 1e+60, -1, 0},
+    {"geometry.L5", 0.24, -1e+60, 1e+60, -1, 0},
+    {"geometry.L6", 0.07, -1e+60, 1e+60, -1, 0},
+    {"geometry.L7", 0.25, -1e+60, 1e+60, -1, 0},
+    {"geometry.L8", 0.055, -1e+60, 1e+60, -1, 0},
+    {"geometry.L9", 0.2, -1e+60, 1e+60, -1, 0},
+    {"geometry.XC", 0.115, -1e+60, 1e+60, -1, 0},
+    {"geometry.YC", -0.055, -1e+60, 1e+60, -1, 0},
+    {"geometry.XG", 0.107, -1e+60, 1e+60, -1, 0},
+    {"geometry.YG", -0.115, -1e+60, 1e+60, -1, 0},
+    {"geometry.phi1", 2.111848394913139, -1e+60, 1e+60, -1, 0},
+    {"geometry.phi4", 5.427973973702365, -1e+60, 1e+60, -1, 0},
+    {"geometry.theta3", 0.4886921905584123, -1e+60, 1e+60, -1, 0},
+    {"geometry.theta8", 1.8325957145940461, -1e+60, 1e+60, -1, 0},
+    {"geometry.theta9", 1.3962634015954636, -1e+60, 1e+60, -1, 0},
+    {"crank.at_step_end", 0.0, -1e+60, 1e+60, -1, 0},
+    {"crank.smoothing", 0.0, 0.0, 1000.0, -1, 0},
 };
 
 const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
@@ -91,6 +92,7 @@ const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
     EVALUATION_NONE, /* geometry.theta8 */
     EVALUATION_NONE, /* geometry.theta9 */
     EVALUATION_NOT_REAL, /* crank.at_step_end */
+    EVALUATION_NONE, /* crank.smoothing */
 };
 
 const uint8_t interface_access[INTERFACE_COUNT + 1] = {
@@ -137,4 +139,5 @@ const uint8_t interface_access[INTERFACE_COUNT + 1] = {
     ACCESS_REAL_BEFORE_START, /* geometry.theta8 */
     ACCESS_REAL_BEFORE_START, /* geometry.theta9 */
     ACCESS_BOOLEAN_BEFORE_START, /* crank.at_step_end */
+    ACCESS_REAL_BEFORE_START, /* crank.smoothing */
 };

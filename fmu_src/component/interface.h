@@ -7,7 +7,7 @@
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
-#define INTERFACE_TOKEN "{86ef7cac-3abd-7d2e-83f9-1041eb5305ea}"
+#define INTERFACE_TOKEN "{9711c230-c2b0-427b-2985-8d4b31b14954}"
 
 /* Names of the categories under which messages are logged. */
 #define INTERFACE_LOG_CATEGORIES "logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"
@@ -56,7 +56,8 @@ enum {
     VARIABLE_GEOMETRY_THETA8 = 40,
     VARIABLE_GEOMETRY_THETA9 = 41,
     VARIABLE_CRANK_AT_STEP_END = 42,
-    INTERFACE_COUNT = 42,
+    VARIABLE_CRANK_SMOOTHING = 43,
+    INTERFACE_COUNT = 43,
     INTERFACE_INPUT_COUNT = 6
 };
 
@@ -73,6 +74,10 @@ enum {
     EVALUATION_NOT_REAL = 1 << 15 /* in the same place: no real at all */
 };
 
+/* Inputs and parameters are within +- this, so that no output can overflow: the fourth power of a
+ * speed, over the smallest determinant to the seventh, stays a number. */
+#define INTERFACE_GREATEST_VALUE 1e+60
+
 /* When a variable may be set, as bits: until the end of initialization, and from then on. */
 enum {
     ACCESS_READ_ONLY = 0,
@@ -85,6 +90,7 @@ enum {
 typedef struct {
     const char *name;
     double start;
+    double least, greatest; /* what it may be set to */
     int input; /* the number of an input among the inputs, else -1 */
     int is_output;
 } InterfaceVariable;

@@ -8,6 +8,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Marks what few calls execute, those that are refused before all: kept out of the way of the
+ * others. */
+#if defined(__GNUC__)
+#define COMPONENT_RARELY __attribute__((cold, noinline))
+#else
+#define COMPONENT_RARELY
+#endif
+
 /* Seconds between successive samples, the newest gap first, and the reciprocals of the time
  * from the newest sample to the 1st, 2nd and 3rd before it: one division each for all signals. */
 typedef struct {
@@ -76,18 +84,18 @@ static inline void samples_start(Samples *samples, double value) {
     *samples = (Samples){.newest = value, .count = 1};
 }
 
-/* Adds a sample that lies `change` above the newest one (its difference, where values wrap).
- * degree: of the polynomial to keep, 1 to 3. */
-static inline void samples_add(Samples *samples, const SampleTimes *times, double value,
-                               double change, int degree) {
+/* The older samples and one that lies `change` above their newest (its difference, where values
+ * wrap). degree: of the polynomial to keep, 1 to 3. */
+static inline void samples_add(Samples *samples, const Samples *older, const SampleTimes *times,
+                               double value, double change, int degree) {
     double first = 0.0, second = 0.0, third = 0.0;
-    if (samples->count >= 1)
+    if (older->count >= 1)
         first = change * times->per_span[0];
-    if (degree >= 2 && samples->count >= 2)
-        second = (first - samples->first) * times->per_span[1];
-    if (degree >= 3 && samples->count >= 3)
-        third = (second - samples->second) * times->per_span[2];
-    int64_t count = samples->count <= degree ? samples->count + 1 : samples->count;
+    if (degree >= 2 && older->count >= 2)
+        second = (first - older->first) * times->per_span[1];
+    if (degree >= 3 && older->count >= 3)
+        third = (second - older->second) * times->per_span[2];
+    int64_t count = older->count <= degree ? older->count + 1 : older->count;
     *samples = (Samples){value, first, second, third, count};
 }
 
@@ -101,14 +109,42 @@ static inline double samples_drop(Samples *samples, const SampleTimes *times) {
     return step;
 }
 
-/* The time derivatives of the polynomial at its newest sample. */
-static inline Derivatives samples_derivatives(const Samples *samples, const SampleTimes *times) {
-    /* first s + second s (s + one) + third s (s + one) (s + two), s = 0 at the newest sample */
+/* The one of smaller magnitude, 0 where they differ in sign. */
+static inline double smaller_slope(double a, double b) {
+    if (a * b <= 0.0)
+        return 0.0;
+    return fabs(a) < fabs(b) ? a : b;
+}
+
+/* Whether a slope that changed not as expected tells of a jump; it does not where a smooth signal
+ * is sampled eight times or more in its shortest period. */
+static inline bool slope_jumped(double slope_before, double expected, double change) {
+    return fabs(change - expected) > 0.75 * (fabs(slope_before) + fabs(expected));
+}
+
+/* The time derivatives at the newest sample of the polynomial of degree 2 or 3 that continues
+ * the signal. `older`: the history without the newest sample. A polynomial of degree 2 or 3
+ * through samples on both sides of a jump would overshoot, for as many steps as it has samples:
+ * there, the smaller of the last two slopes goes on. */
+static inline Derivatives samples_derivatives(const Samples *samples, const Samples *older,
+                                              const SampleTimes *times, int degree) {
     double one = times->gap[0], two = one + times->gap[1];
+    double first = samples->first, second = samples->second, third = samples->third;
+    if (older->count > degree) {
+        bool is_cubic = degree == 3;
+        double *slope = is_cubic ? &second : &first, *higher = is_cubic ? &third : &second;
+        double slope_before = is_cubic ? older->second : older->first;
+        double expected = is_cubic ? older->third * (two + times->gap[2]) : older->second * two;
+        if (slope_jumped(slope_before, expected, *slope - slope_before)) {
+            *slope = smaller_slope(*slope, slope_before);
+            *higher = 0.0;
+        }
+    }
+    /* first s + second s (s + one) + third s (s + one) (s + two), s = 0 at the newest sample */
     return (Derivatives){
-        samples->first + one * (samples->second + two * samples->third),
-        2.0 * (samples->second + (one + two) * samples->third),
-        6.0 * samples->third,
+        first + one * (second + two * third),
+        2.0 * (second + (one + two) * third),
+        6.0 * third,
     };
 }
 

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { FORMAT_VERSION = 1 };
+enum { FORMAT_VERSION = 2 };
 
 typedef struct {
     uint64_t magic, version, interface, payload_size, checksum;
@@ -16,7 +16,7 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
 /* Another layout is another FORMAT_VERSION: this array has a negative size when members come or
  * go besides variables, whose number is in the interface's token. */
 typedef char state_has_this_layout
-    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 41) ? 1 : -1];
+    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 53) ? 1 : -1];
 
 /* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
 static uint64_t hash(const uint8_t bytes[], size_t size) {
@@ -49,7 +49,9 @@ static bool is_sound(const ComponentState *state) {
     const ComponentProgress *progress = &state->progress;
     bool sound = is_within(settings->mode, 0, MODE_COUNT - 1)
                  && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
-                 && is_within(progress->crank.samples.count, 0, 4) && progress->last_step >= 0.0;
+                 && is_within(progress->crank.samples.count, 0, 4)
+                 && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 1)
+                 && progress->last_step >= 0.0;
     /* numbers, all of them: small integers, read as doubles, are as well */
     for (size_t i = 0; i < sizeof *state / sizeof(double); ++i) {
         double word;

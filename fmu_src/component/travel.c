@@ -6,13 +6,6 @@ void travel_start(Travel *travel, double s, double v) {
     *travel = (Travel){.end = {s, v, 0.0, 0.0}, .v = v, .sum = s};
 }
 
-/* The one of smaller magnitude, 0 where they differ in sign. */
-static double smaller_slope(double a, double b) {
-    if (a * b <= 0.0)
-        return 0.0;
-    return fabs(a) < fabs(b) ? a : b;
-}
-
 void travel_advance(const Travel *before, double gap, double v, const InputDerivatives *derivatives,
                     bool at_step_end, double h, Travel *restrict after) {
     static const double SIXTH = 1.0 / 6.0;
@@ -49,8 +42,8 @@ void travel_advance(const Travel *before, double gap, double v, const InputDeriv
         .v = v,
         .slope = to_sample,
         .samples = before->samples > 0 ? 2 : 1,
-        .stands_still = before->samples > 0 && v == 0.0 && slope == 0.0 && curvature == 0.0
-                        && to_sample == 0.0,
+        .stands_still =
+            before->samples > 0 && v == 0.0 && slope == 0.0 && curvature == 0.0 && to_sample == 0.0,
         .sum = sum,
         .sum_low = sum_low,
         .ahead = ahead,

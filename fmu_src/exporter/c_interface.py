@@ -9,6 +9,7 @@ from ..interface import Interface, InterfaceError, Variable
 BANNER = "/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */\n"
 
 NOT_REAL_BIT = 15  # above the EVALUATION_ bits
+GREATEST_VALUE = 1e60
 
 
 def header(interface: Interface) -> str:
@@ -43,6 +44,10 @@ enum {{
     EVALUATION_NOT_REAL = 1 << {NOT_REAL_BIT} /* in the same place: no real at all */
 }};
 
+/* Inputs and parameters are within +- this, so that no output can overflow: the fourth power of a
+ * speed, over the smallest determinant to the seventh, stays a number. */
+#define INTERFACE_GREATEST_VALUE {GREATEST_VALUE!r}
+
 /* When a variable may be set, as bits: until the end of initialization, and from then on. */
 enum {{
     ACCESS_READ_ONLY = 0,
@@ -55,6 +60,7 @@ enum {{
 typedef struct {{
     const char *name;
     double start;
+    double least, greatest; /* what it may be set to */
     int input; /* the number of an input among the inputs, else -1 */
     int is_output;
 }} InterfaceVariable;
@@ -73,7 +79,7 @@ def source(interface: Interface) -> str:
     return f"""{BANNER}#include "interface.h"
 
 const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
-    {{"(no variable)", 0.0, -1, 0}},
+    {{"(no variable)", 0.0, 0.0, 0.0, -1, 0}},
 {_lines(_row(interface, v) for v in interface.variables)}
 }};
 
@@ -92,7 +98,9 @@ const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
 def _row(interface: Interface, v: Variable) -> str:
     inputs = interface.of_kind("input")
     number = inputs.index(v) if v in inputs else -1
-    return f'    {{"{v.name}", {float(v.start or 0.0)!r}, {number}, {int(v.kind == "output")}}},'
+    least, greatest = v.range or (-GREATEST_VALUE, GREATEST_VALUE)
+    fields = float(v.start or 0.0), least, greatest, number, int(v.kind == "output")
+    return f'    {{"{v.name}", {", ".join(map(repr, fields))}}},'
 
 
 def _evaluation(v: Variable) -> str:

@@ -118,6 +118,9 @@ def _add_variable(variables: etree._Element, variable: Variable) -> None:
         real.set("unit", variable.unit.name)
         if variable.unit.display_name is not None:
             real.set("displayUnit", variable.unit.display_name)
+    if variable.range is not None:
+        real.set("min", repr(variable.range[0]))
+        real.set("max", repr(variable.range[1]))
     if variable.start is not None:
         real.set("start", repr(variable.start))
 

@@ -44,6 +44,8 @@ class TransplanterLinkageTwin(Fmi2Slave):
             return self.values[declared.name]
 
         def write(value):
+            if declared.range and not declared.range[0] <= value <= declared.range[1]:
+                raise ValueError(f"{declared.name} = {value}: must be from {declared.range[0]} to {declared.range[1]}")
             self.values[declared.name] = value
             self.is_fresh = False
 
@@ -78,7 +80,8 @@ class TransplanterLinkageTwin(Fmi2Slave):
         """
         at_end = self.values["crank.at_step_end"]
         gap = step_size if at_end else self.last_step
-        crank = self.crank.advance(*self._crank_inputs(), gap, step_size, at_end)
+        smoothing = self.values["crank.smoothing"]
+        crank = self.crank.advance(*self._crank_inputs(), gap, step_size, at_end, smoothing)
         solve(self._geometry(), crank.end.phi, order=0)
         self.crank = crank
         self.travel = self.travel.advance(self.values["machine.v"], gap, step_size, at_end)

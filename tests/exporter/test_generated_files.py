@@ -81,7 +81,7 @@ def test_the_token_changes_with_anything_a_host_can_see(interface, tmp_path):
 def test_the_readme_must_have_its_marks(interface):
     with pytest.raises(ValueError, match="marks"):
         with_interface_table("# A README without a table\n", interface)
-    text = f"before\n{README_MARKS[0]}\nold\n{README_MARKS[1]}\nafter\n"
+    text = f"before\n{README_MARKS[0]}\n(stale)\n{README_MARKS[1]}\nafter\n"
     made = with_interface_table(text, interface)
-    assert made.startswith("before\n") and made.endswith("\nafter\n") and "old" not in made
+    assert made.startswith("before\n") and made.endswith("\nafter\n") and "(stale)" not in made
     assert all(f"`{variable.name}`" in made for variable in interface.variables)

@@ -65,7 +65,7 @@ def test_starts_are_those_of_the_binary(new, variables):
                 assert instance.get_boolean(name) == (start == "true")
             else:
                 assert instance.get(name)[0].hex() == float(start).hex(), name
-    assert seen == 6 + 19 + 1, "inputs, parameters, machine.s"
+    assert seen == 6 + 20 + 1, "inputs, parameters, machine.s"
 
 
 def test_attributes(variables):
@@ -115,6 +115,7 @@ UNIT_OF = {  # by the end of the name
     ".fx": "N", ".fy": "N", ".x": "m", ".y": "m", ".vx": "m/s", ".vy": "m/s", ".ax": "m/s2", ".ay": "m/s2",
     "tip.angle": "rad", "crank.tau": "N.m", "assembly.margin": "1", "geometry.phi1": "rad", "geometry.phi4": "rad",
     "geometry.theta3": "rad", "geometry.theta8": "rad", "geometry.theta9": "rad", "crank.at_step_end": None,
+    "crank.smoothing": "s",
     "C": "m", "G": "m",  # geometry.XC and its like
 } | {f"geometry.L{n}": "m" for n in range(1, 10)}  # fmt: skip
 

@@ -27,6 +27,7 @@ from tests.fmi.test_state_machine import CALLS
 
 INTERFACE = load_interface()
 COUNT = len(INTERFACE.variables)
+BOOLEAN = INTERFACE["crank.at_step_end"].value_reference
 UNKNOWN = [0, COUNT + 1, 1000, 2**31, 2**32 - 1]
 OF_AN_INSTANCE = [
     name
@@ -117,7 +118,7 @@ WITH_POINTERS = {
     "fmi2SetDebugLogging": lambda i: [True, 1, (c_char_p * 1)(b"logAll")],
     "fmi2GetReal": lambda i: [reference(8), 1, one_real()],
     "fmi2SetReal": lambda i: [reference(2), 1, one_real()],
-    "fmi2GetBoolean": lambda i: [reference(COUNT), 1, one_integer()],
+    "fmi2GetBoolean": lambda i: [reference(BOOLEAN), 1, one_integer()],
     "fmi2SetRealInputDerivatives": lambda i: [reference(2), 1, one_integer(), one_real()],
     "fmi2GetRealOutputDerivatives": lambda i: [reference(8), 1, one_integer(), one_real()],
     "fmi2GetDirectionalDerivative": lambda i: [reference(8), 1, reference(2), 1, one_real(), one_real()],
@@ -227,8 +228,17 @@ def test_parameters_are_fixed_after_initialization(new, name):
 @pytest.mark.parametrize("name", REALS)
 def test_values_that_are_no_numbers(new, name, value):
     instance = in_initialization(new())
-    with refused(instance, name, "finite", str(value), "1e+60"):
+    least, greatest = INTERFACE[name].range or (-1e60, 1e60)
+    with refused(instance, name, "finite", f"{value:g}", f"from {least:g} to {greatest:g}"):
         assert instance.try_set({name: value}) == ERROR
+
+
+@pytest.mark.parametrize("value", [-1e-300, -1.0, 1000.5])
+def test_values_beyond_the_range_of_a_parameter(new, value):
+    instance = in_initialization(new())
+    with refused(instance, "crank.smoothing", f"{value:g}", "from 0 to 1000"):
+        assert instance.try_set({"crank.smoothing": value}) == ERROR
+    assert instance.try_set({"crank.smoothing": 1000.0}) == OK
 
 
 @pytest.mark.parametrize("value", [1e60, -1e60])
