@@ -35,8 +35,8 @@ STEPS_MS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 QUANTITIES = ("position", "velocity", "acceleration")
 TIP = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay")
 CRANK = ("crank.phi", "crank.w", "crank.a")
-AT_STEP_END = "crank.at_step_end"
-START_UP = 5          # steps, until every history is full
+AT_STEP_END, SMOOTHING = "crank.at_step_end", "crank.smoothing"
+START_UP = 5          # steps, until every history is full; a window of smoothing, until it is
 ORDER_RANGE_MS = (1.0, 10.0)  # the steps over which orders are fitted
 # What solving alone may leave, and where rounding of the angles is felt: m, m/s, m/s2.
 SOLVING = (5e-15, 5e-14, 1e-12)
@@ -48,7 +48,7 @@ class Rung:
     """One way to drive the crank: how many of crank.phi, .w, .a are set, and for which instant.
 
     ``derivatives`` of crank.phi (order 1, or 1 and 2) are set with fmi2SetRealInputDerivatives.
-    ``nothing_predicted`` sets crank.at_step_end. The inputs are those of the step's end with
+    ``nothing_predicted`` sets crank.at_step_end, ``smoothing`` in s crank.smoothing. The inputs are those of the step's end with
     ``of_step_end``, else those of its start.
     """
 
@@ -58,6 +58,7 @@ class Rung:
     derivatives: int = 0
     nothing_predicted: bool = False
     of_step_end: bool = False
+    smoothing: float = 0.0
 
 
 HELD = Rung("held", "held: the inputs used as they are", 3, nothing_predicted=True)
@@ -84,7 +85,7 @@ class Linkage:
         except Exception as error:  # XML and schema errors have no common base
             raise FmuError(f"The FMU's description cannot be read: {first_line(error)}") from error
         self.reference = {v.name: v.valueReference for v in description.modelVariables}
-        missing = [name for name in (*CRANK, *TIP, AT_STEP_END) if name not in self.reference]
+        missing = [name for name in (*CRANK, *TIP, AT_STEP_END, SMOOTHING) if name not in self.reference]
         if description.fmiVersion != "2.0" or description.coSimulation is None or missing:
             raise FmuError(f"{description.modelName} is not the linkage as an FMI 2.0 co-simulation FMU.")
         self.identifier: str = description.coSimulation.modelIdentifier
@@ -119,6 +120,7 @@ class Linkage:
         slave.setupExperiment(startTime=0.0)
         if rung.nothing_predicted:
             slave.setBoolean([self.reference[AT_STEP_END]], [True])
+        slave.setReal([self.reference[SMOOTHING]], [rung.smoothing])
         slave.enterInitializationMode()
         slave.setReal(inputs, values[0])
         slave.exitInitializationMode()
@@ -268,7 +270,8 @@ def measure(folder: Path, profiles: Sequence[Profile], rungs: Sequence[Rung], st
 
 
 def _errors(profile: Profile, rung: Rung, step_ms: float, distances: np.ndarray) -> Errors:
-    steady = distances[START_UP:]
-    first = distances[START_UP:max(round(1e3 / step_ms), START_UP + 1), 0]
+    start_up = START_UP + round(rung.smoothing * 1e3 / step_ms)
+    steady = distances[start_up:]
+    first = distances[start_up:max(round(1e3 / step_ms), start_up + 1), 0]
     return Errors(profile.key, rung.key, step_ms, steady.max(axis=0), np.median(steady, axis=0),
                   distances[:START_UP], float(first.max()))

@@ -7,6 +7,7 @@
  * Standard input: one scene a line, numbers apart by spaces, each list with its length before it:
  *
  *   flags   Booleans set to true before initialization
+ *   window  value reference and value of a real set before initialization
  *   inputs  value reference and value, by turns: the first is the crank's angle, whose value here
  *           is its speed in rad/s: it turns evenly; the others are set to the same value each step
  *   order   0, or up to which order input derivatives of the angle are set (its speed, then 0)
@@ -31,7 +32,8 @@ typedef struct {
     size_t flags, inputs, outputs, unknowns;
     int order;
     fmi2ValueReference flag[LENGTH], input[LENGTH], output[LENGTH], unknown[LENGTH];
-    double value[LENGTH];
+    double value[LENGTH], window_value;
+    fmi2ValueReference window;
 } Scene;
 
 static fmi2SetupExperimentTYPE *setup;
@@ -98,6 +100,7 @@ static int read_scene(Scene *scene) {
     demand(scene->flags <= LENGTH, "too many flags");
     for (size_t i = 0; i < scene->flags; ++i)
         demand(scanf("%u", &scene->flag[i]) == 1, "a flag is missing");
+    demand(scanf("%u %lf", &scene->window, &scene->window_value) == 2, "the window is missing");
     scene->inputs = read_length();
     demand(scene->inputs > 0, "a scene needs the crank's angle");
     for (size_t i = 0; i < scene->inputs; ++i)
@@ -133,6 +136,7 @@ static double measure_steps(const Scene *scene) {
     demand(setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
     if (scene->flags > 0)
         demand(set_boolean(instance, scene->flag, scene->flags, yes) == fmi2OK, "flags");
+    demand(set_real(instance, &scene->window, 1, &scene->window_value) == fmi2OK, "window");
     demand(enter(instance) == fmi2OK && leave(instance) == fmi2OK, "initialize");
     double sum = 0.0, begin = now();
     for (int i = 0; i < STEPS; ++i) {
@@ -146,9 +150,9 @@ static double measure_steps(const Scene *scene) {
         if (scene->outputs > 0)
             failed |= get_real(instance, scene->output, scene->outputs, output) != fmi2OK;
         if (scene->unknowns > 0)
-            failed |= get_directional(instance, scene->unknown, scene->unknowns, angle, 1, &seed,
-                                      slope)
-                      != fmi2OK;
+            failed |=
+                get_directional(instance, scene->unknown, scene->unknowns, angle, 1, &seed, slope)
+                != fmi2OK;
         demand(!failed, "step");
         sum += output[0] + slope[0];
     }

@@ -19,7 +19,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 
-from scenarios.coupling import AT_STEP_END, CRANK, TIP, Linkage, Rung
+from scenarios.coupling import AT_STEP_END, CRANK, SMOOTHING, TIP, Linkage, Rung
 from scenarios.crank_profiles import PLANTING_SPEED, constant
 
 HOST_SOURCE = Path(__file__).with_name("scene_cost.c")
@@ -40,6 +40,7 @@ class Scene:
     sensitivities: tuple[str, ...] = ()
     derivatives: int = 0
     flags: tuple[str, ...] = ()
+    smoothing: float = 0.0
 
 
 _ALL = (*TIP, *GROUND)
@@ -60,7 +61,7 @@ FMPY_STEPS = 100  # a round of one rung through fmpy
 def scene_of(rung: Rung) -> Scene:
     """A step of a rung, of which position, velocity and acceleration of the tip are read."""
     return Scene(rung.key, rung.title, CRANK[:rung.inputs], TIP, derivatives=rung.derivatives,
-                 flags=(AT_STEP_END,) if rung.nothing_predicted else ())
+                 flags=(AT_STEP_END,) if rung.nothing_predicted else (), smoothing=rung.smoothing)
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,8 @@ def _line(scene: Scene, reference: dict[str, int]) -> str:
         return [len(numbers), *numbers]
 
     inputs = [number for name in scene.inputs for number in (reference[name], VALUES[name])]
-    words = [*listed([reference[name] for name in scene.flags]), len(scene.inputs), *inputs, scene.derivatives,
+    words = [*listed([reference[name] for name in scene.flags]), reference[SMOOTHING], scene.smoothing,
+             len(scene.inputs), *inputs, scene.derivatives,
              *listed([reference[name] for name in scene.outputs]),
              *listed([reference[name] for name in scene.sensitivities])]
     return " ".join(map(str, words)) + "\n"

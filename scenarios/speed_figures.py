@@ -23,6 +23,7 @@ from scenarios.coupling import QUANTITIES, RUNGS, SOLVING, Coupling  # noqa: E40
 from scenarios.crank_profiles import Profile  # noqa: E402
 from scenarios.figures import STYLE  # noqa: E402
 from scenarios.scene_cost import BASE, Costs, Scene  # noqa: E402
+from scenarios.smoothing import EXACT, NOISY, WINDOWS_MS, Smoothing  # noqa: E402
 
 UNITS = ("mm", "mm/s", "mm/s²")
 # Colour, marker, its size and the line's dashes: larger marks lie below smaller ones.
@@ -37,13 +38,14 @@ LOOKS = {
 }
 
 
-def draw_all(output: Path, coupling: Coupling, profiles: Sequence[Profile], reference: str, c_host: Costs | None,
+def draw_all(output: Path, coupling: Coupling, smoothing: Smoothing, profiles: Sequence[Profile], reference: str, c_host: Costs | None,
              fmpy_host: Costs, scenes: Sequence[Scene]) -> list[Path]:
     """Write the figures and return their paths; ``reference`` is the profile of the speed figure."""
     figures: dict[str, Callable[[], Figure]] = {
         f"error_of_{quantity}": lambda n=n: draw_errors(coupling, profiles, n) for n, quantity in enumerate(QUANTITIES)}
     title = next(p.title for p in profiles if p.key == reference)
     figures["error_over_speed"] = lambda: draw_speed(coupling, reference, title, c_host, fmpy_host)
+    figures["smoothing"] = lambda: draw_smoothing(smoothing)
     if c_host is not None:
         figures["scenes"] = lambda: draw_scenes(c_host, scenes)
     paths = []
@@ -131,6 +133,28 @@ def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | Non
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3, bbox_to_anchor=(0.5, 0.0))
     figure.tight_layout(rect=(0, 0.17, 1, 0.985))
+    return figure
+
+
+def draw_smoothing(smoothing: Smoothing) -> Figure:
+    """Worst errors over the window, of position and acceleration, for the noisy and the exact angle."""
+    figure, panels = plt.subplots(1, 2, figsize=(9.0, 4.0))
+    windows = np.array(WINDOWS_MS)
+    for axes, quantity in zip(panels, (0, 2)):
+        for step, colour in zip(smoothing.steps_ms, ("#0072B2", "#D55E00", "#009E73")):
+            for profile, dashes, marker in ((NOISY, "-", "o"), (EXACT, ":", "x")):
+                errors = [smoothing.worst(profile, window, step, quantity) * 1e3 for window in WINDOWS_MS]
+                axes.plot(windows, errors, dashes, marker=marker, markersize=4.5, color=colour,
+                          label=f"{step:g} ms, {'20-bit encoder' if profile is NOISY else 'exact angle'}")
+        axes.set_yscale("log")
+        axes.set_xlabel("crank.smoothing / ms (0: none)")
+        axes.set_ylabel(f"worst error / {UNITS[quantity]}")
+        axes.set_title(QUANTITIES[quantity], loc="left")
+    figure.suptitle("The angle alone, smoothed: what it buys where the angle is noisy, and costs where it is not",
+                    x=0.012, ha="left", fontsize=11)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=3, bbox_to_anchor=(0.5, 0.0))
+    figure.tight_layout(rect=(0, 0.13, 1, 0.985))
     return figure
 
 

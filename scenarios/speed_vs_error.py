@@ -24,7 +24,7 @@ from rich.table import Table
 from tqdm import tqdm
 
 from scenarios import coupling as coupled
-from scenarios import reports, scene_cost, speed_figures
+from scenarios import reports, scene_cost, smoothing, speed_figures
 from scenarios.coupling import (
     ANGLE,
     AT_END,
@@ -42,6 +42,7 @@ from scenarios.coupling import (
 from scenarios.crank_profiles import PROFILES
 from scenarios.cycle import FmuError
 from scenarios.scene_cost import BASE, SCENES, Costs
+from scenarios.smoothing import EXACT, NOISY, SMOOTHED, WINDOWS_MS, Smoothing
 
 ROOT = Path(__file__).resolve().parent.parent
 FMU = ROOT / "build" / "fmi2" / "TransplanterLinkage.fmu"
@@ -60,6 +61,7 @@ class Results:
     """What a run found. ``c_host`` is None where no C host could be built; ``why`` says why."""
 
     coupling: Coupling
+    smoothing: Smoothing
     c_host: Costs | None
     fmpy_host: Costs
     machine: str
@@ -113,21 +115,23 @@ def run(fmu: Path, output: Path, smallest_step_ms: float = STEPS_MS[0],
     with UnpackedFmu(fmu) as folder:
         output.mkdir(parents=True, exist_ok=True)
         fmpy_steps = fmpy_rounds * len(RUNGS) * scene_cost.FMPY_STEPS
-        total = coupled.step_count(PROFILES, RUNGS, steps) + fmpy_steps
+        total = (coupled.step_count(PROFILES, RUNGS, steps) + fmpy_steps
+                 + smoothing.step_count(smoothing.steps_from(smallest_step_ms)))
         # A bar on a terminal only, and only once the run proves not to be instant.
         with tqdm(total=total, desc="time of a step", unit="step", unit_scale=True, leave=False, disable=None,
                   delay=1.0) as bar:
             c_host, why = None, ""
             try:
-                c_host = scene_cost.in_c_host(folder, (*SCENES, *map(scene_cost.scene_of, RUNGS)), rounds)
+                c_host = scene_cost.in_c_host(folder, (*SCENES, *map(scene_cost.scene_of, (*RUNGS, SMOOTHED))), rounds)
             except RuntimeError as error:
                 why = str(error)
             fmpy_host = scene_cost.through_fmpy(folder, RUNGS, fmpy_rounds, bar.update)
             bar.set_description("error of the tip")
             errors = coupled.measure(folder, PROFILES, RUNGS, steps, bar.update)
-    results = Results(errors, c_host, fmpy_host, scene_cost.machine(), why)
+            windows = smoothing.measure(folder, smallest_step_ms, bar.update)
+    results = Results(errors, windows, c_host, fmpy_host, scene_cost.machine(), why)
     written = write_tables(output, results)
-    written += speed_figures.draw_all(output, errors, PROFILES, REFERENCE, c_host, fmpy_host, SCENES)
+    written += speed_figures.draw_all(output, errors, windows, PROFILES, REFERENCE, c_host, fmpy_host, SCENES)
     return results, sorted(written)
 
 
@@ -176,8 +180,9 @@ def reading(results: Results) -> list[str]:
     within = "; ".join(f"{' or '.join(titles)}, {f'{step:g} ms' if step else 'none of these steps'}"
                        for step, titles in sorted(by_step.items(), reverse=True))
     dearest = max(costs.ratio(rung.key, HELD.key) for rung in RUNGS)
-    angle = errors.worst("encoder", ANGLE.key, 2)
-    best = int(np.argmin(angle))
+    windows = results.smoothing
+    finest = windows.steps_ms[0]
+    window = windows.best_window(finest)
     with_speed = errors.at("encoder", "angle_speed", errors.steps_ms[0]).worst[2]
     step = 1.0 if 1.0 in errors.steps_ms else errors.steps_ms[0]
     jumps = {rung.key: errors.at("clutch", rung.key, step).worst for rung in RUNGS}
@@ -185,16 +190,14 @@ def reading(results: Results) -> list[str]:
         f"Give all that the drive knows and take the largest step that keeps your tolerance (for {TOLERANCE * 1e3:g} mm "
         f"on the rippling crank: {within}): the step is what costs, no rung costs more than {dearest:.1f} times the held "
         "step.",
-        "Where the angle comes from an encoder, connect crank.w: with a 20-bit angle alone the acceleration's worst error "
-        f"is never below {number(angle[best], 2)} mm/s2 (at {errors.steps_ms[best]:g} ms) and at {errors.steps_ms[0]:g} ms "
-        f"it is {number(angle[0], 2)}, with the speed {number(with_speed, 2)}.",
+        "Where the angle comes from an encoder, connect crank.w or set crank.smoothing: with a 20-bit angle alone the "
+        f"acceleration's worst error at {finest:g} ms is {number(windows.worst(NOISY, 0.0, finest, 2), 2)} mm/s2, smoothed "
+        f"over {window:g} ms {number(windows.worst(NOISY, window, finest, 2), 2)}, with the speed {number(with_speed, 2)}.",
         f"A jump in speed is foreseen by no rung, so its step is off by about jump times step (here at {step:g} ms "
         f"{number(jumps['derivative_1'][0])} mm with input derivatives, {number(jumps['angle_speed'][0])} with the "
-        f"speed, {number(jumps['angle'][0])} with the angle alone), and what is predicted from samples overshoots after "
-        f"it (velocity off by {number(jumps['angle_speed'][1], 1)} instead of {number(jumps['derivative_1'][1], 1)} "
-        f"mm/s, acceleration by {number(jumps['angle_speed'][2], 2)} instead of {number(jumps['derivative_1'][2], 2)} "
-        "mm/s2): "
-        "smaller steps lessen only the position's error; where jumps matter, set input derivatives.",
+        f"speed, {number(jumps['angle'][0])} with the angle alone); none carries it on, but where the angle is all there "
+        f"is, the acceleration is off by {number(jumps['angle'][2], 2)} mm/s2 for the steps that it takes to tell "
+        f"(with the speed {number(jumps['angle_speed'][2], 2)}): smaller steps lessen only the position's error.",
     ]
 
 
@@ -237,6 +240,17 @@ def start_up_table(errors: Coupling, profile: str) -> tuple[tuple[str, ...], lis
     return headings, rows
 
 
+def smoothing_table(windows: Smoothing) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Headings and rows: by window, the noisy angle's acceleration and position, the exact one's position."""
+    columns = ((NOISY, 2, "acceleration", "encoder"), (NOISY, 0, "position", "encoder"), (EXACT, 0, "position", "exact"))
+    headings = ("crank.smoothing", *(f"{name}, {given}, {step:g} ms / {UNITS[quantity]}"
+                                     for _, quantity, name, given in columns for step in windows.steps_ms))
+    rows = [(f"{window:g} ms" if window else "0 (none)",
+             *(number(windows.worst(profile, window, step, quantity), quantity)
+               for profile, quantity, _, _ in columns for step in windows.steps_ms)) for window in WINDOWS_MS]
+    return headings, rows
+
+
 def scene_table(costs: Costs) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: what a step costs by what it reads."""
     headings = ("what is read", "outputs", "time of a step (positions = 1)", "middle half of the rounds",
@@ -269,6 +283,11 @@ def write_tables(output: Path, results: Results) -> list[Path]:
         ("profile", "rung", "step_ms", "step", "position_m", "velocity_m_s", "acceleration_m_s2"),
         ((e.profile, e.rung, f"{e.step_ms:g}", k + 1, *(f"{v:.6g}" for v in row))
          for e in errors.all for k, row in enumerate(e.start_up)))
+    windows = results.smoothing
+    reports.write_csv(
+        output / "smoothing.csv", ("profile", "window_ms", "step_ms", "position_m", "velocity_m_s", "acceleration_m_s2"),
+        ((profile.key, f"{window:g}", f"{step:g}", *(f"{windows.worst(profile, window, step, n):.6g}" for n in range(3)))
+         for profile in (NOISY, EXACT) for window in WINDOWS_MS for step in windows.steps_ms))
     hosts = {"C": results.c_host, "fmpy": results.fmpy_host}
     bases = {"scene": BASE, "rung": HELD.key}
     rows = []
@@ -281,7 +300,7 @@ def write_tables(output: Path, results: Results) -> list[Path]:
                 rows.append((host, kind, key, bases[kind], *(f"{ratio:.4f}" for ratio in ratios)))
     reports.write_csv(output / "scene_cost.csv",
                       ("host", "kind", "key", "in_times_of", "median", "lower_quartile", "upper_quartile"), rows)
-    names = ("speed_vs_error.md", "coupling.csv", "orders.csv", "start_up.csv", "scene_cost.csv")
+    names = ("speed_vs_error.md", "coupling.csv", "orders.csv", "start_up.csv", "smoothing.csv", "scene_cost.csv")
     return [output / name for name in names]
 
 
@@ -320,6 +339,14 @@ def report(results: Results) -> str:
     for profile in PROFILES:
         if profile.key in (REFERENCE, "start"):
             parts += [f"{profile.title[0].upper()}{profile.title[1:]}:", "", table(*start_up_table(errors, profile.key))]
+    smoothed_cost = (f" In a C host a step that smooths takes {results.c_host.ratio(SMOOTHED.key, ANGLE.key):.2f} times "
+                     "one that does not." if results.c_host else "")
+    parts += ["## Smoothing", "",
+              "The angle alone on the rippling crank, as a 20-bit encoder reads it and exactly, with `crank.smoothing` "
+              "from none to 48 ms: worst errors once the window is full. A window buys what it averages over and costs "
+              f"its lag, which grows with its fourth power.{smoothed_cost}", "",
+              table(*smoothing_table(results.smoothing)),
+              "![What smoothing buys and costs](smoothing.png)", ""]
     parts += ["## Scenes", ""]
     if results.c_host is None:
         parts += [f"Not measured: the C host could not be built or run here ({results.why.partition(chr(10))[0]}).", ""]
@@ -331,7 +358,7 @@ def report(results: Results) -> str:
             table(*scene_table(results.c_host)), "![What a scene pays](scenes.png)", ""]
     parts += ["## Files", "",
               "`coupling.csv`: every worst and median error; `orders.csv`: the fitted orders (nan: less than three errors "
-              "clear of rounding); `start_up.csv`: the first steps; `scene_cost.csv`: the ratios of times. SI units.", ""]
+              "clear of rounding); `start_up.csv`: the first steps; `smoothing.csv`: worst errors by window; `scene_cost.csv`: the ratios of times. SI units.", ""]
     return "\n".join(parts)
 
 

@@ -22,7 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FMU = ROOT / "build" / "fmi2" / "TransplanterLinkage.fmu"
 FILES = [
     "coupling.csv", "error_of_acceleration.png", "error_of_position.png", "error_of_velocity.png",
-    "error_over_speed.png", "orders.csv", "scene_cost.csv", "scenes.png", "speed_vs_error.md", "start_up.csv",
+    "error_over_speed.png", "orders.csv", "scene_cost.csv", "scenes.png", "smoothing.csv",
+    "smoothing.png", "speed_vs_error.md", "start_up.csv",
 ]
 STEPS = ("2", "5", "10", "20")  # ms: of the coarse run
 
@@ -132,12 +133,22 @@ def test_an_encoder_costs_the_acceleration_unless_the_speed_is_given(finished: F
 
 
 def test_a_jump_in_speed_costs_no_more_than_jump_times_step(finished: Finished) -> None:
-    """Twice that for the angle alone, which overshoots; the lever is below 0.3 m."""
+    """On every rung; the lever is below 0.3 m."""
     for step in STEPS:
         jump = 0.3 * PLANTING_SPEED / 2 * float(step)  # mm
-        assert finished.worst_mm("clutch", "derivative_1", step) < 1.1 * jump
-        assert finished.worst_mm("clutch", "angle", step) < 3 * jump
+        for rung in ("derivative_1", "derivatives_2", "angle", "angle_speed", "angle_speed_acceleration"):
+            assert finished.worst_mm("clutch", rung, step) < 1.1 * jump
         assert finished.error("clutch", "angle", step, "median_position_m") < 1e-11  # long forgotten
+
+
+def test_smoothing_buys_and_costs(finished: Finished) -> None:
+    """At 5 ms: what a window averages, and the lag that grows with its fourth power."""
+    worst = {(row["profile"], float(row["window_ms"])): row for row in finished.rows("smoothing.csv")}
+    assert len(worst) == 2 * 9 and {row["step_ms"] for row in worst.values()} == {"5"}
+    noisy, exact = ({w: float(worst[p, w][column]) for w in (0, 12, 24, 48)}
+                    for p, column in (("encoder", "acceleration_m_s2"), ("ripple", "position_m")))
+    assert noisy[12] < 0.8 * noisy[0] and noisy[48] > 2 * noisy[12]
+    assert exact[0] < exact[24] and 5 < exact[48] / exact[24] < 16
 
 
 def test_start_up_is_reported_apart(finished: Finished) -> None:
@@ -230,7 +241,7 @@ def test_a_file_that_is_no_fmu_is_refused_in_one_line(tmp_path: Path, content: b
     assert str(fmu) in process.stderr and len(process.stderr.splitlines()) == 1
 
 
-@pytest.mark.parametrize("name", ["speed_vs_error", "coupling", "crank_profiles", "speed_figures", "scene_cost"])
+@pytest.mark.parametrize("name", ["speed_vs_error", "coupling", "crank_profiles", "smoothing", "speed_figures", "scene_cost"])
 def test_the_scenario_knows_the_fmu_alone(name: str) -> None:
     tree = ast.parse((ROOT / "scenarios" / f"{name}.py").read_text(encoding="utf-8"))
     for node in ast.walk(tree):
