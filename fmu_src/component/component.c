@@ -28,7 +28,7 @@ static CrankInput crank_input(const Component *c) {
     input.phi = c->settings.real[VARIABLE_CRANK_PHI];
     input.w = c->settings.real[VARIABLE_CRANK_W];
     input.a = c->settings.real[VARIABLE_CRANK_A];
-    input.at_step_end = c->settings.real[VARIABLE_CRANK_AT_STEP_END] != 0.0;
+    input.at_step_end = c->settings.real[VARIABLE_CRANK_AT_STEP_END] > 0.0;
     input.smoothing = c->settings.real[VARIABLE_CRANK_SMOOTHING];
     input.has_derivatives = c->settings.derivatives_are_set != 0;
     if (input.has_derivatives) {
@@ -216,9 +216,12 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
     uint32_t access = real_access_now(c);
     for (size_t i = 0; i < count; ++i)
         if (!(reference[i] <= INTERFACE_COUNT && (interface_access[reference[i]] & access)
-              && fabs(value[i]) <= GREATEST_VALUE
-              && (access == ACCESS_REAL_LATER || is_in_range(reference[i], value[i]))))
+              && fabs(value[i]) <= GREATEST_VALUE))
             return refuse_values(c, reference, value);
+    if (access == ACCESS_REAL_BEFORE_START)
+        for (size_t i = 0; i < count; ++i)
+            if (!is_in_range(reference[i], value[i]))
+                return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
         c->settings.real[reference[i]] = value[i];
     if (!has_stepped(c)) {

@@ -182,21 +182,23 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
         }
     }
     CrankSource source = best_source(before, input);
-    Samples older = before->samples;
-    if (is_first)
-        older.count = 0;
-    else if (source != before->source)
-        older = zeros_so_far(&older, change, input->w, times->gap[0]);
+    static const Samples none;
+    const Samples *older = is_first ? &none : &before->samples;
+    Samples zeros;
+    if (!is_first && source != before->source) {
+        zeros = zeros_so_far(older, change, input->w, times->gap[0]);
+        older = &zeros;
+    }
     after->phi = input->phi;
     after->source = source;
-    Derivatives trend = add_sample(&after->samples, &older, source, times, input, change);
+    Derivatives trend = add_sample(&after->samples, older, source, times, input, change);
     CrankMotion motion = motion_at_sample(source, trend, input);
     if (input->smoothing > 0.0) {
         after->fit = before->fit;
-        if (older.count == 0 || source != before->source)
-            fit_restart(&after->fit, older.count > 0);
+        if (older->count == 0 || source != before->source)
+            fit_restart(&after->fit, older->count > 0);
         if (source != SOURCE_ANGLE)
-            change = after->samples.newest - older.newest;
+            change = after->samples.newest - older->newest;
         add_to_fit(&after->fit, source, times->gap[0], change, input);
         if (!are_set(input, source_derivatives(source, input)))
             motion = smooth_motion(&after->fit, source, input);
