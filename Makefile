@@ -5,7 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build bench soak lock clean
+.PHONY: help run test build bench soak figure lock clean
 
 help:   ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -33,6 +33,9 @@ $(VENV)/ready: requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
+
+figure: build   ## draw the README's figure of error over step anew
+	$(BIN)/python -m scenarios.speed_vs_error --figure scenarios/speed_vs_error.svg
 
 lock:   ## resolve the dependencies anew into requirements.lock
 	$(PYTHON) -m venv $(VENV)-lock

@@ -6,6 +6,7 @@ that the colour-blind can tell apart (Okabe and Ito), with a marker of its own.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -104,6 +105,44 @@ def draw_errors(coupling: Coupling, profiles: Sequence[Profile], quantity: int) 
                 fontsize=8)
     figure.tight_layout(rect=(0, 0.13, 1, 0.985))
     return figure
+
+
+def write_headline(path: Path, coupling: Coupling, profile: Profile, tolerance: float) -> None:
+    """The one figure that the README shows: worst position error over the step, as SVG.
+
+    Its description holds the numbers drawn, so that a test can tell when they are no longer true.
+    ``tolerance`` in m is drawn as a line.
+    """
+    with plt.rc_context(STYLE | {"svg.hashsalt": "headline", "svg.fonttype": "none", "font.family": "sans-serif"}):
+        figure, axes = plt.subplots(figsize=(8.6, 4.6))
+        steps = np.array(coupling.steps_ms)
+        drawn = {}
+        for rung in RUNGS:
+            errors = coupling.worst(profile.key, rung.key)
+            if np.all(errors <= SOLVING[0]):
+                continue
+            drawn[rung.key] = [float(f"{error:.4g}") for error in errors]
+            _line(axes, rung.key, steps, errors, 0, "")
+            order = coupling.order(profile.key, rung.key)
+            axes.annotate(f"{rung.title}, order {order:.0f}", (steps[0], errors[0] * 1e3), xytext=(9, 0),
+                          textcoords="offset points", va="center", fontsize=8.5, color=LOOKS[rung.key][0],
+                          annotation_clip=False)
+        axes.axhline(tolerance * 1e3, color="#555555", linewidth=0.8, linestyle="--")
+        axes.annotate(f"{tolerance * 1e6:g} µm", (steps[0], tolerance * 1e3), xytext=(24, 0), va="center",
+                      textcoords="offset points", fontsize=8.5, color="#555555")
+        axes.set(xscale="log", xlabel="communication step / ms", ylabel="worst error of the tip / mm")
+        _error_axis(axes, 0, max(max(errors) for errors in drawn.values()))
+        axes.set_ylim(bottom=1e-11)
+        axes.xaxis.set_major_locator(FixedLocator(steps))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.invert_xaxis()  # where steps are short the lines lie apart, for their names
+        axes.set_title(f"What the host gives of the crank: {profile.title}", loc="left")
+        figure.tight_layout(rect=(0, 0, 0.99, 1))
+        figure.savefig(path, metadata={
+            "Date": None, "Creator": "make figure",
+            "Description": json.dumps({"steps_ms": list(coupling.steps_ms), "position_m": drawn})})
+        plt.close(figure)
 
 
 def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | None, fmpy_host: Costs) -> Figure:

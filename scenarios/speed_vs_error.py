@@ -79,8 +79,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
                         help="leave out smaller steps, for a quick look: 0.1 to 2 ms (default: %(default)s)")
     parser.add_argument("--rounds", type=_rounds, default=ROUNDS,
                         help="of the time measurements (default: %(default)s)")
+    parser.add_argument("--figure", type=Path, metavar="FILE",
+                        help="only write the README's figure, as SVG, to this file")
     options = parser.parse_args(arguments)
     try:
+        if options.figure:
+            write_figure(options.fmu, options.figure)
+            return 0
         results, written = run(options.fmu, options.output, options.smallest_step, options.rounds)
     except FmuError as error:
         print(error, file=sys.stderr)
@@ -133,6 +138,14 @@ def run(fmu: Path, output: Path, smallest_step_ms: float = STEPS_MS[0],
     written = write_tables(output, results)
     written += speed_figures.draw_all(output, errors, windows, PROFILES, REFERENCE, c_host, fmpy_host, SCENES)
     return results, sorted(written)
+
+
+def write_figure(fmu: Path, path: Path) -> None:
+    """The README's figure: errors on the reference profile, with every step."""
+    profile = next(p for p in PROFILES if p.key == REFERENCE)
+    with UnpackedFmu(fmu) as folder:
+        errors = coupled.measure(folder, [profile], RUNGS, STEPS_MS, lambda steps: None)
+    speed_figures.write_headline(path, errors, profile, TOLERANCE)
 
 
 # --- what the figures say ---------------------------------------------------------------------

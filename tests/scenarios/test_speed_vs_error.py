@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import json
 import math
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lxml import etree
 
 from scenarios import coupling, crank_profiles, scene_cost
 from scenarios.coupling import RUNGS, STEPS_MS
@@ -252,6 +254,17 @@ def test_the_scenario_knows_the_fmu_alone(name: str) -> None:
 
 def test_all_steps_are_run_unless_told_otherwise() -> None:
     assert STEPS_MS == (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+
+
+def test_the_readmes_figure_shows_what_is_measured(finished: Finished) -> None:
+    """The numbers that it was drawn from, which it carries along; `make figure` draws it anew."""
+    description = etree.parse(ROOT / "scenarios" / "speed_vs_error.svg").find(".//{http://purl.org/dc/elements/1.1/}description")
+    drawn = json.loads(description.text)
+    assert drawn["steps_ms"] == list(STEPS_MS) and len(drawn["position_m"]) == len(RUNGS) - 1
+    for rung, errors in drawn["position_m"].items():
+        for step in STEPS:
+            found = finished.worst_mm("ripple", rung, step)
+            assert 1e3 * errors[STEPS_MS.index(float(step))] == pytest.approx(found, rel=1e-2), (rung, step)
 
 
 def test_a_motion_can_be_thinned() -> None:
