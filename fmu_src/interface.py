@@ -7,6 +7,7 @@ dependency takes it from here; the C side gets it from the header that the expor
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,8 @@ except ModuleNotFoundError:  # Python 3.10
     import tomli as tomllib
 
 INTERFACE_FILE = Path(__file__).with_name("interface.toml")
-KINDS = ("independent", "input", "output", "parameter")
+KINDS = ("independent", "input", "output", "parameter", "derivative")
+COMPUTED_KINDS = ("output", "derivative")
 DEPENDENCY_KINDS = ("dependent", "constant")
 
 
@@ -39,8 +41,8 @@ class Unit:
 class Variable:
     """One line of interface.toml.
 
-    `depends` maps input names to the dependency kind ("dependent" or "constant");
-    `initially` are the parameters and states that the initial value depends on besides.
+    `depends` maps the names of inputs and states to the dependency kind ("dependent" or "constant");
+    `initially` are the parameters that the initial value depends on besides; `of` is the state of a derivative.
     """
 
     value_reference: int
@@ -53,6 +55,7 @@ class Variable:
     computed_by: str | None
     depends: dict[str, str]
     initially: tuple[str, ...]
+    of: str | None
     text: str
 
     @property
@@ -63,7 +66,7 @@ class Variable:
     @property
     def identifier(self) -> str:
         """The name as a C and Python identifier: `tip.ax` is `tip_ax`."""
-        return self.name.replace(".", "_")
+        return re.sub(r"\W+", "_", self.name).strip("_")
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,11 @@ class Interface:
 
     def of_kind(self, kind: str) -> list[Variable]:
         return [variable for variable in self.variables if variable.kind == kind]
+
+    @property
+    def computed(self) -> list[Variable]:
+        """Outputs, then derivatives."""
+        return [variable for kind in COMPUTED_KINDS for variable in self.of_kind(kind)]
 
     @cached_property
     def _by_name(self) -> dict[str, Variable]:
@@ -162,6 +170,7 @@ def _variable(reference: int, entry: dict, units: dict[str, Unit], sets: dict[st
                 for known, _, kind in (depend.partition(":") for depend in entry.pop("depends", []))
             },
             initially=_expand(entry.pop("initially", []), sets),
+            of=entry.pop("of", None),
             text=entry.pop("text"),
         )
     except KeyError as missing:
@@ -192,17 +201,19 @@ def _check(variables: tuple[Variable, ...]) -> None:
             problems.append("the name stands twice")
         if v.kind in ("input", "parameter") and v.start is None:
             problems.append(f"a start value is missing: every {v.kind} has one")
-        if (v.kind == "output") != (v.computed_by is not None):
-            problems.append("computed_by belongs to outputs, and to each of them")
+        if (v.kind in COMPUTED_KINDS) != (v.computed_by is not None):
+            problems.append("computed_by belongs to outputs and derivatives, and to each of them")
+        if (v.kind == "derivative") != (v.of is not None and by_name.get(v.of, v).is_state):
+            problems.append("'of' names the state of a derivative")
         if v.range and not (v.kind == "parameter" and v.range[0] <= v.start <= v.range[1]):
             problems.append(f"range {list(v.range)} belongs to parameters, and their start lies in it")
         for known, kind in v.depends.items():
-            if known not in by_name or by_name[known].kind != "input":
-                problems.append(f"depends on {known!r}, which is no input")
+            if known not in by_name or not (by_name[known].kind == "input" or by_name[known].is_state):
+                problems.append(f"depends on {known!r}, which is neither an input nor a state")
             if kind not in DEPENDENCY_KINDS:
                 problems.append(f"dependency kind {kind!r} is none of {DEPENDENCY_KINDS}")
         for known in v.initially:
-            if known not in by_name or not (by_name[known].kind == "parameter" or by_name[known].is_state):
-                problems.append(f"depends initially on {known!r}, which is neither a parameter nor a state")
+            if known not in by_name or by_name[known].kind != "parameter":
+                problems.append(f"depends initially on {known!r}, which is no parameter")
         if problems:
             raise InterfaceError(f"{INTERFACE_FILE.name}: {v.name}: " + "; ".join(problems))

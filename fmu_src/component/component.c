@@ -61,26 +61,50 @@ static void set_force(const Component *c, double ahead, ComponentProgress *progr
     }
 }
 
-/* The motions at the start: the inputs as they are. */
+/* The motions at the instant of the inputs: before the first step and in Model Exchange, the inputs
+ * as they are. After a step, the rates that the host does not give stay as predicted, and so does
+ * the travel, which is a state. */
 static void follow_inputs(Component *c) {
     const double *real = c->settings.real;
     ComponentProgress *progress = component_present(c);
     CrankInput input = crank_input(c);
+    CrankMotion crank = crank_motion_of(&input);
     const InputDerivatives *speed = derivatives_of(c, VARIABLE_MACHINE_V);
     int order = derivatives_order(speed);
-    progress->crank.end = crank_motion_of(&input);
-    progress->travel.end =
-        (MachineMotion){real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
-                        order >= 1 ? speed->value[0] : 0.0, order >= 2 ? speed->value[1] : 0.0};
+    MachineMotion machine = {real[VARIABLE_MACHINE_S], real[VARIABLE_MACHINE_V],
+                             order >= 1 ? speed->value[0] : 0.0,
+                             order >= 2 ? speed->value[1] : 0.0};
+    if (has_stepped(c)) {
+        const Crank *predicted = &progress->crank;
+        if (predicted->source == SOURCE_ANGLE && crank.w == 0.0)
+            crank.w = predicted->end.w;
+        if (predicted->source != SOURCE_ACCELERATION && crank.a == 0.0)
+            crank.a = predicted->end.a;
+        machine.s = progress->travel.end.s;
+        machine.a = order >= 1 ? machine.a : progress->travel.end.a;
+        c->followed = *progress;
+        progress = &c->followed;
+        c->settings.follows_inputs = 1;
+    }
+    progress->crank.end = crank;
+    progress->travel.end = machine;
     set_force(c, 0.0, progress);
+    c->shown = progress;
     c->pose.order = -1;
-    c->fresh = 0;
+    c->fresh = EVALUATION_NONE;
 }
 
-void component_reset(Component *c) {
+/* Whether inputs that are set now belong to the instant that the outputs belong to. */
+static bool follows_inputs(Component *c) {
+    return !has_stepped(c) || c->settings.follows_inputs || c->settings.mode == MODE_EVENT
+           || c->settings.mode == MODE_UPDATE_AT_END;
+}
+
+void component_reset(Component *c, ComponentKind kind) {
     memset(c, 0, sizeof *c);
     for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
         c->settings.real[i] = interface_variables[i].start;
+    c->settings.kind = kind;
     c->settings.mode = MODE_INSTANTIATED;
     follow_inputs(c);
 }
@@ -99,12 +123,7 @@ ComponentStatus component_set_experiment(Component *c, double start, bool stop_i
     return COMPONENT_OK;
 }
 
-ComponentStatus component_enter_initialization(Component *c) {
-    c->settings.mode = MODE_INITIALIZATION;
-    return COMPONENT_OK;
-}
-
-ComponentStatus component_exit_initialization(Component *c) {
+ComponentStatus component_exit_initialization(Component *c, ComponentMode next) {
     if (outputs_solve(c, 0) != COMPONENT_OK)
         return COMPONENT_ERROR;
     CrankInput input = crank_input(c);
@@ -116,11 +135,9 @@ ComponentStatus component_exit_initialization(Component *c) {
         crank_start(&progress->crank, &input);
         progress->travel.samples = 1;
     }
-    c->settings.mode = MODE_STEP;
+    c->settings.mode = next;
     return COMPONENT_OK;
 }
-
-void component_terminate(Component *c) { c->settings.mode = MODE_TERMINATED; }
 
 /* ---- values ----------------------------------------------------------------------------- */
 
@@ -154,6 +171,12 @@ static bool is_known(uint32_t reference) { return reference - 1 < INTERFACE_COUN
 
 static bool is_boolean(uint32_t reference) {
     return is_known(reference) && interface_evaluation[reference] == EVALUATION_NOT_REAL;
+}
+
+/* An output, or the derivative of a state. */
+static bool is_computed(uint32_t reference) {
+    return is_known(reference)
+           && (interface_evaluation[reference] & ~(uint32_t)EVALUATION_NOT_REAL) != 0;
 }
 
 /* The ACCESS_ bits of which a variable must have one to be set now. */
@@ -224,33 +247,38 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
                 return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
         c->settings.real[reference[i]] = value[i];
-    if (!has_stepped(c)) {
-        c->linkage_is_ready = 0;
+    if (follows_inputs(c)) {
+        if (c->settings.mode <= MODE_INITIALIZATION) /* the geometry may have been set */
+            c->linkage_is_ready = 0;
         follow_inputs(c);
     }
     return COMPONENT_OK;
 }
 
-ComponentStatus component_get_boolean(Component *c, const uint32_t reference[], size_t count,
-                                      int value[]) {
-    for (size_t i = 0; i < count; ++i)
-        if (!is_boolean(reference[i]))
-            return refuse_reference(c, reference[i], "is a real, not a Boolean");
-    for (size_t i = 0; i < count; ++i)
-        value[i] = c->settings.real[reference[i]] != 0.0;
-    return COMPONENT_OK;
-}
-
-ComponentStatus component_set_boolean(Component *c, const uint32_t reference[], size_t count,
-                                      const int value[]) {
+ComponentStatus component_check_booleans(Component *c, const uint32_t reference[], size_t count,
+                                         bool are_set) {
     for (size_t i = 0; i < count; ++i) {
         if (!is_boolean(reference[i]))
             return refuse_reference(c, reference[i], "is a real, not a Boolean");
-        if (!(interface_access[reference[i]] & boolean_access_now(c)))
+        if (are_set && !(interface_access[reference[i]] & boolean_access_now(c)))
             return refuse_setting(c, reference[i]);
     }
-    for (size_t i = 0; i < count; ++i)
-        c->settings.real[reference[i]] = value[i] != 0;
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_set_time(Component *c, double time) {
+    if (!is_finite(time))
+        return refuse_value(c, VARIABLE_TIME, time);
+    /* beyond the stop time as well: solvers look ahead, and interpolate back */
+    c->settings.real[VARIABLE_TIME] = time;
+    return COMPONENT_OK;
+}
+
+ComponentStatus component_set_travel(Component *c, double travel) {
+    if (!(fabs(travel) <= GREATEST_VALUE))
+        return refuse_value(c, VARIABLE_MACHINE_S, travel);
+    c->settings.real[VARIABLE_MACHINE_S] = travel;
+    follow_inputs(c);
     return COMPONENT_OK;
 }
 
@@ -291,7 +319,7 @@ ComponentStatus component_set_input_derivatives(Component *c, const uint32_t ref
         input->is_set[order[i] - 1] = 1;
         c->settings.derivatives_are_set = 1;
     }
-    if (!has_stepped(c))
+    if (follows_inputs(c))
         follow_inputs(c);
     return COMPONENT_OK;
 }
@@ -325,10 +353,10 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
                                                      size_t known_count, const double seed[],
                                                      double sensitivity[]) {
     for (size_t i = 0; i < unknown_count; ++i)
-        if (!is_output(unknown[i]))
+        if (!is_computed(unknown[i]))
             return refuse_reference(c, unknown[i], "is no output: no derivative of it");
     for (size_t k = 0; k < known_count; ++k) {
-        if (!is_input(known[k]))
+        if (!is_input(known[k]) && known[k] != VARIABLE_MACHINE_S)
             return refuse_reference(c, known[k], "is no input: no derivative by it");
         if (!(fabs(seed[k]) <= GREATEST_VALUE))
             return refuse_value(c, known[k], seed[k]);
@@ -351,9 +379,28 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
     return COMPONENT_OK;
 }
 
+ComponentStatus component_get_adjoint_derivative(Component *c, const uint32_t unknown[],
+                                                 size_t unknown_count, const uint32_t known[],
+                                                 size_t known_count, const double seed[],
+                                                 double sensitivity[]) {
+    for (size_t k = 0; k < known_count; ++k) {
+        double sum = 0.0, one = 1.0;
+        for (size_t i = 0; i < unknown_count; ++i) {
+            double partial;
+            ComponentStatus status = component_get_directional_derivative(
+                c, &unknown[i], 1, &known[k], 1, &one, &partial);
+            if (status != COMPONENT_OK)
+                return status;
+            sum += seed[i] * partial;
+        }
+        sensitivity[k] = sum;
+    }
+    return COMPONENT_OK;
+}
+
 /* ---- the communication step ---------------------------------------------------------------- */
 
-static ComponentStatus check_step(Component *c, double time, double step) {
+ComponentStatus component_check_step(Component *c, double time, double step) {
     double expected = c->settings.real[VARIABLE_TIME];
     double tolerance = TIME_TOLERANCE_STEPS * step + TIME_TOLERANCE_ULPS * fabs(expected);
     if (!(step > 0.0 && step <= DBL_MAX)) {
@@ -410,7 +457,7 @@ static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from
 }
 
 ComponentStatus component_do_step(Component *c, double time, double step) {
-    ComponentStatus status = check_step(c, time, step);
+    ComponentStatus status = component_check_step(c, time, step);
     if (status == COMPONENT_OK && !c->linkage_is_ready)
         status = outputs_prepare(c);
     if (status != COMPONENT_OK)
@@ -469,6 +516,8 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
         c->settings.derivatives_are_set = 0;
     }
     c->present = 1 - c->present;
+    c->shown = after;
+    c->settings.follows_inputs = 0;
     c->settings.real[VARIABLE_TIME] = time + step;
     c->settings.mode = MODE_STEP;
     c->fresh = EVALUATION_NONE;
@@ -482,7 +531,7 @@ void component_save(Component *c, ComponentState *state) {
     state->settings = c->settings;
     state->progress = *component_present(c);
     for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
-        if (interface_variables[i].is_output)
+        if (is_computed(i))
             state->settings.real[i] = 0.0;
     state->settings.real[VARIABLE_MACHINE_S] = state->progress.travel.end.s;
 }
@@ -490,7 +539,10 @@ void component_save(Component *c, ComponentState *state) {
 void component_restore(Component *c, const ComponentState *state) {
     c->settings = state->settings;
     *component_present(c) = state->progress;
+    c->shown = component_present(c);
     c->linkage_is_ready = 0;
     c->pose.order = -1;
     c->fresh = EVALUATION_NONE;
+    if (c->settings.follows_inputs)
+        follow_inputs(c);
 }

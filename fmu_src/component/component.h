@@ -24,11 +24,19 @@ typedef enum {
     COMPONENT_ERROR,   /* not at all: the call is wrong */
 } ComponentStatus;
 
+/* FMI's interface types. In Model Exchange there are no steps: outputs follow the inputs, the host
+ * gives the time and integrates the travel. */
+typedef enum { KIND_CO_SIMULATION, KIND_MODEL_EXCHANGE } ComponentKind;
+
 typedef enum {
     MODE_INSTANTIATED,
     MODE_INITIALIZATION,
-    MODE_STEP,         /* between communication steps */
-    MODE_STEP_REFUSED, /* the last step was discarded: as before it */
+    MODE_EVENT,
+    MODE_CONTINUOUS_TIME,     /* of Model Exchange */
+    MODE_STEP,                /* between communication steps */
+    MODE_STEP_REFUSED,        /* the last step was discarded: as before it */
+    MODE_UPDATE_AT_START,     /* the host is called back within a step */
+    MODE_UPDATE_AT_END,
     MODE_TERMINATED,
     MODE_COUNT
 } ComponentMode;
@@ -51,7 +59,10 @@ typedef struct {
     int64_t derivatives_are_set;
     int64_t stop_is_set;
     double stop;
+    int64_t kind;
     int64_t mode;
+    int64_t follows_inputs; /* after a step an input was set that belongs to its end: outputs
+                             * follow the inputs until the next step, as they do before the first */
     SampleTimes times; /* of the crank's samples */
 } ComponentSettings;
 
@@ -68,6 +79,10 @@ typedef struct {
      * a good one costs no copy. */
     ComponentProgress progress[2];
     uint32_t present;
+    /* What the outputs belong to: the present, or where they follow inputs that were set after a
+     * step, the present with these in the place of what was predicted. */
+    const ComponentProgress *shown;
+    ComponentProgress followed;
 
     /* derived from these, and made again when needed */
     Linkage linkage;
@@ -87,15 +102,14 @@ static inline ComponentProgress *component_present(Component *component) {
 }
 
 /* Start values, mode instantiated: for a new instance and for one that starts again. */
-INTERNAL void component_reset(Component *component);
+INTERNAL void component_reset(Component *component, ComponentKind kind);
 
 /* start: the time of the first communication step in s. */
 INTERNAL ComponentStatus component_set_experiment(Component *component, double start,
                                                   bool stop_is_set, double stop);
-INTERNAL ComponentStatus component_enter_initialization(Component *component);
-/* Checks geometry and initial pose. */
-INTERNAL ComponentStatus component_exit_initialization(Component *component);
-INTERNAL void component_terminate(Component *component);
+/* Checks geometry and initial pose; `next` is the mode that follows. The other changes of mode
+ * change nothing else: the adaptors write settings.mode. */
+INTERNAL ComponentStatus component_exit_initialization(Component *component, ComponentMode next);
 
 /* Values by reference: `count` of them, all or none. Reals are finite and at most 1e60 in
  * magnitude, so that no output can overflow. Reading an output of a pose that cannot be
@@ -104,11 +118,20 @@ INTERNAL ComponentStatus component_get_real(Component *component, const uint32_t
                                             size_t count, double value[]);
 INTERNAL ComponentStatus component_set_real(Component *component, const uint32_t reference[],
                                             size_t count, const double value[]);
-/* Booleans are 0 (false) or anything else. */
-INTERNAL ComponentStatus component_get_boolean(Component *component, const uint32_t reference[],
-                                               size_t count, int value[]);
-INTERNAL ComponentStatus component_set_boolean(Component *component, const uint32_t reference[],
-                                               size_t count, const int value[]);
+/* Booleans one by one, after all of a call have been checked: every version of FMI has its own C
+ * type for them. */
+INTERNAL ComponentStatus component_check_booleans(Component *component, const uint32_t reference[],
+                                                  size_t count, bool are_set);
+static inline bool component_get_boolean(const Component *component, uint32_t reference) {
+    return component->settings.real[reference] != 0.0;
+}
+static inline void component_set_boolean(Component *component, uint32_t reference, bool value) {
+    component->settings.real[reference] = value;
+}
+
+/* Model Exchange: the host's time in s, and machine.s in m. */
+INTERNAL ComponentStatus component_set_time(Component *component, double time);
+INTERNAL ComponentStatus component_set_travel(Component *component, double travel);
 
 /* Time derivatives of inputs at the start of the next step, orders 1 and 2; they are used up by
  * that step. */
@@ -125,12 +148,18 @@ INTERNAL ComponentStatus component_get_output_derivatives(Component *component,
 INTERNAL ComponentStatus component_get_directional_derivative(
     Component *component, const uint32_t unknown[], size_t unknown_count, const uint32_t known[],
     size_t known_count, const double seed[], double sensitivity[]);
+/* The other way about: sensitivity[k] = sum over i of seed[i] times d unknown[i] / d known[k]. */
+INTERNAL ComponentStatus component_get_adjoint_derivative(
+    Component *component, const uint32_t unknown[], size_t unknown_count, const uint32_t known[],
+    size_t known_count, const double seed[], double sensitivity[]);
 
 /* A communication step from `time` over `step` > 0 seconds. `time` must be the end of the last
  * step to rounding. A step that ends in an unreachable pose is COMPONENT_DISCARD; the same step
  * with the same inputs tried once more is COMPONENT_ERROR, lest a host try it for ever.
  * component->has_news tells of a jump or wrap of the crank's angle. */
 INTERNAL ComponentStatus component_do_step(Component *component, double time, double step);
+/* Whether a step may be done at all; component_do_step asks this itself. */
+INTERNAL ComponentStatus component_check_step(Component *component, double time, double step);
 
 /* The whole state, without the values that can be computed anew; to be kept or compared. */
 INTERNAL void component_save(Component *component, ComponentState *state);

@@ -46,6 +46,7 @@ const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {
     {"geometry.theta9", 1.3962634015954636, -1e+60, 1e+60, -1, 0},
     {"crank.at_step_end", 0.0, -1e+60, 1e+60, -1, 0},
     {"crank.smoothing", 0.0, 0.0, 1000.0, -1, 0},
+    {"der(machine.s)", 0.0, -1e+60, 1e+60, -1, 0},
 };
 
 const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
@@ -93,6 +94,7 @@ const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
     EVALUATION_NONE, /* geometry.theta9 */
     EVALUATION_NOT_REAL, /* crank.at_step_end */
     EVALUATION_NONE, /* crank.smoothing */
+    EVALUATION_SPEED, /* der(machine.s) */
 };
 
 const uint8_t interface_access[INTERFACE_COUNT + 1] = {
@@ -140,4 +142,5 @@ const uint8_t interface_access[INTERFACE_COUNT + 1] = {
     ACCESS_REAL_BEFORE_START, /* geometry.theta9 */
     ACCESS_BOOLEAN_BEFORE_START, /* crank.at_step_end */
     ACCESS_REAL_BEFORE_START, /* crank.smoothing */
+    ACCESS_READ_ONLY, /* der(machine.s) */
 };

@@ -7,7 +7,7 @@
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
-#define INTERFACE_TOKEN "{9711c230-c2b0-427b-2985-8d4b31b14954}"
+#define INTERFACE_TOKEN "{2b6d3a7a-4885-381d-3fd4-9224077ae6b2}"
 
 /* Names of the categories under which messages are logged. */
 #define INTERFACE_LOG_CATEGORIES "logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"
@@ -57,7 +57,8 @@ enum {
     VARIABLE_GEOMETRY_THETA9 = 41,
     VARIABLE_CRANK_AT_STEP_END = 42,
     VARIABLE_CRANK_SMOOTHING = 43,
-    INTERFACE_COUNT = 43,
+    VARIABLE_DER_MACHINE_S = 44,
+    INTERFACE_COUNT = 44,
     INTERFACE_INPUT_COUNT = 6
 };
 
@@ -70,6 +71,7 @@ enum {
     EVALUATION_TRAVEL = 16,
     EVALUATION_TORQUE = 32,
     EVALUATION_MARGIN = 64,
+    EVALUATION_SPEED = 128,
     EVALUATION_NONE = 0,
     EVALUATION_NOT_REAL = 1 << 15 /* in the same place: no real at all */
 };

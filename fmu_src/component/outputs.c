@@ -93,7 +93,7 @@ ComponentStatus outputs_solve(Component *c, int order) {
     if (status != COMPONENT_OK)
         return status;
     if (c->pose.order < 0) {
-        double phi = component_present(c)->crank.end.phi, gap;
+        double phi = c->shown->crank.end.phi, gap;
         LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &gap);
         if (closure != LINKAGE_CLOSED) {
             outputs_explain_gap(c, closure, phi, gap);
@@ -130,7 +130,10 @@ static double machine_by_time(int n, MachineMotion m) {
     }
 }
 
-enum { EVALUATION_MOTION = EVALUATION_POSITION | EVALUATION_VELOCITY | EVALUATION_ACCELERATION };
+enum {
+    EVALUATION_MOTION = EVALUATION_POSITION | EVALUATION_VELOCITY | EVALUATION_ACCELERATION,
+    EVALUATION_WITHOUT_POSE = EVALUATION_TRAVEL | EVALUATION_SPEED
+};
 
 /* ---- values: one function for each computed_by in interface.toml ------------------------- */
 
@@ -172,6 +175,10 @@ static void component_compute_travel(Component *c, const ComponentProgress *now)
     c->settings.real[VARIABLE_MACHINE_S] = now->travel.end.s;
 }
 
+static void component_compute_speed(Component *c, const ComponentProgress *now) {
+    c->settings.real[VARIABLE_DER_MACHINE_S] = now->travel.end.v;
+}
+
 /* Virtual work: tau w + F . v = 0 for the massless linkage. */
 static void component_compute_torque(Component *c, const ComponentProgress *now) {
     const double *force = now->force[0];
@@ -202,12 +209,12 @@ ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
     int order = order_for(evaluations);
     if (c->pose.order >= 0) {
         linkage_differentiate(&c->linkage, &c->pose, order);
-    } else if (evaluations != EVALUATION_TRAVEL) {
+    } else if (evaluations & ~(uint32_t)EVALUATION_WITHOUT_POSE) {
         ComponentStatus status = outputs_solve(c, order);
         if (status != COMPONENT_OK)
             return status;
     }
-    const ComponentProgress *now = component_present(c);
+    const ComponentProgress *now = c->shown;
     if (evaluations & EVALUATION_POSITION)
         component_compute_position(c, now);
     if (evaluations & EVALUATION_VELOCITY)
@@ -219,6 +226,8 @@ ComponentStatus outputs_evaluate(Component *c, uint32_t evaluations) {
             component_compute_angle(c);
         if (evaluations & EVALUATION_TRAVEL)
             component_compute_travel(c, now);
+        if (evaluations & EVALUATION_SPEED)
+            component_compute_speed(c, now);
         if (evaluations & EVALUATION_TORQUE)
             component_compute_torque(c, now);
         if (evaluations & EVALUATION_MARGIN)
@@ -268,8 +277,8 @@ static void coordinate(const LinkagePose *pose, bool is_x, int from, double f[])
 
 ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int order,
                                         double *value) {
-    CrankMotion crank = component_present(c)->crank.end;
-    MachineMotion machine = component_present(c)->travel.end;
+    CrankMotion crank = c->shown->crank.end;
+    MachineMotion machine = c->shown->travel.end;
     if (reference == VARIABLE_MACHINE_S) {
         *value = machine_by_time(order, machine);
         return COMPONENT_OK;
@@ -299,8 +308,7 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
             coordinate(&c->pose, axis == 0, 1, f);
             double binomial = 1.0;
             for (int k = 0; k <= order; ++k) {
-                power +=
-                    binomial * component_present(c)->force[order - k][axis] * by_time(k, f, crank);
+                power += binomial * c->shown->force[order - k][axis] * by_time(k, f, crank);
                 binomial = binomial * (order - k) / (k + 1);
             }
         }
@@ -313,14 +321,18 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
 
 ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint32_t known,
                                            double *value) {
-    CrankMotion crank = component_present(c)->crank.end;
+    CrankMotion crank = c->shown->crank.end;
     TipOutput tip = tip_output(unknown);
     *value = 0.0;
-    if (known == VARIABLE_MACHINE_V) {
-        *value = unknown == VARIABLE_GROUND_VX ? 1.0 : 0.0;
+    if (known == VARIABLE_MACHINE_S) {
+        *value = unknown == VARIABLE_MACHINE_S || unknown == VARIABLE_GROUND_X ? 1.0 : 0.0;
         return COMPONENT_OK;
     }
-    if (unknown == VARIABLE_MACHINE_S)
+    if (known == VARIABLE_MACHINE_V) {
+        *value = unknown == VARIABLE_GROUND_VX || unknown == VARIABLE_DER_MACHINE_S ? 1.0 : 0.0;
+        return COMPONENT_OK;
+    }
+    if (unknown == VARIABLE_MACHINE_S || unknown == VARIABLE_DER_MACHINE_S)
         return COMPONENT_OK;
     int depth = tip.is_one ? tip.order + 1 : 2;
     ComponentStatus status = outputs_solve(c, depth);
@@ -337,7 +349,7 @@ ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint3
         else if (known == VARIABLE_CRANK_A)
             *value = tip.order == 2 ? f[1] : 0.0;
     } else if (unknown == VARIABLE_CRANK_TAU) {
-        const double *force = component_present(c)->force[0];
+        const double *force = c->shown->force[0];
         if (known == VARIABLE_CRANK_PHI)
             *value = -(force[0] * c->pose.tip[2].x + force[1] * c->pose.tip[2].y);
         else if (known == VARIABLE_TIP_FX)

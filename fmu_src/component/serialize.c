@@ -16,7 +16,7 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
 /* Another layout is another FORMAT_VERSION: this array has a negative size when members come or
  * go besides variables, whose number is in the interface's token. */
 typedef char state_has_this_layout
-    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 53) ? 1 : -1];
+    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 55) ? 1 : -1];
 
 /* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
 static uint64_t hash(const uint8_t bytes[], size_t size) {
@@ -47,11 +47,17 @@ static bool is_within(int64_t value, int64_t lowest, int64_t highest) {
 static bool is_sound(const ComponentState *state) {
     const ComponentSettings *settings = &state->settings;
     const ComponentProgress *progress = &state->progress;
-    bool sound = is_within(settings->mode, 0, MODE_COUNT - 1)
-                 && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
-                 && is_within(progress->crank.samples.count, 0, 4)
-                 && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 1)
-                 && progress->last_step >= 0.0;
+    bool is_step = settings->mode == MODE_STEP || settings->mode == MODE_STEP_REFUSED;
+    bool sound =
+        is_within(settings->kind, KIND_CO_SIMULATION, KIND_MODEL_EXCHANGE)
+        && is_within(settings->mode, 0, MODE_COUNT - 1) && settings->mode != MODE_UPDATE_AT_START
+        && settings->mode != MODE_UPDATE_AT_END
+        && !(is_step && settings->kind == KIND_MODEL_EXCHANGE)
+        && !(settings->mode == MODE_CONTINUOUS_TIME && settings->kind == KIND_CO_SIMULATION)
+        && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
+        && is_within(progress->crank.samples.count, 0, 4)
+        && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 1)
+        && progress->last_step >= 0.0;
     /* numbers, all of them: small integers, read as doubles, are as well */
     for (size_t i = 0; i < sizeof *state / sizeof(double); ++i) {
         double word;

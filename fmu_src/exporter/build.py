@@ -1,4 +1,4 @@
-"""What `linkage-fmu build` produces: the FMU, its example input, and the twin's FMU."""
+"""What `linkage-fmu build` produces: the FMUs, their example input, and the twin's FMU."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pathlib import Path
 from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import write_archive
-from .model_description import TWIN, fmi2_xml
+from .model_description import FMI3, NATIVE, TWIN, model_description_xml
 from .version import DISTRIBUTION
 
 PARTS = "transplanter_linkage_parts"  # the twin's modules in its FMU, under a name that nothing else has
@@ -26,21 +26,24 @@ class TwinError(RuntimeError):
     """PythonFMU could not load the twin's slave; the message is what Python said."""
 
 
-def build_fmi2(output: Path, platforms: Iterable[compiler.Platform]) -> Path:
-    """Write `output`/fmi2/TransplanterLinkage.fmu with binaries for `platforms`; returns its path."""
+def build_fmu(version: int, output: Path, platforms: Iterable[compiler.Platform]) -> Path:
+    """Write `output`/fmi<version>/TransplanterLinkage.fmu with binaries for `platforms`; returns its path.
+
+    version: 2 or 3, FMI 2.0 or 3.0.
+    """
     interface = load_interface()
-    content = {"modelDescription.xml": fmi2_xml(interface)}
+    content = {"modelDescription.xml": model_description_xml(interface, FMI3 if version == 3 else NATIVE)}
     content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
     with tempfile.TemporaryDirectory() as folder:
         for target in platforms:
             file = f"{interface.model.name}{target.suffix}"
             name = f"binaries/{target.folder}/{file}"
-            if name in content:
+            if version == 3 or name in content:
                 name = f"binaries/{target.other_folder}/{file}"
             library = Path(folder) / name
-            compiler.compile_library((compiler.FMI2_SOURCE,), library, target)
+            compiler.compile_library((compiler.FMU_SOURCE[version],), library, target)
             content[name] = library.read_bytes()
-    fmu = output / "fmi2" / f"{interface.model.name}.fmu"
+    fmu = output / f"fmi{version}" / f"{interface.model.name}.fmu"
     write_archive(fmu, content)
     return fmu
 
@@ -70,7 +73,7 @@ def build_twin(output: Path) -> Path:
             raise TwinError(f"the twin does not load:\n{done.stderr.strip()}")
         with zipfile.ZipFile(raw) as archive:
             content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
-    content["modelDescription.xml"] = fmi2_xml(interface, TWIN)
+    content["modelDescription.xml"] = model_description_xml(interface, TWIN)
     content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
     # the archive carries PythonFMU's binaries and modules
     content["documentation/licenses/PythonFMU.txt"] = license_text("pythonfmu")

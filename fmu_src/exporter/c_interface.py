@@ -117,7 +117,7 @@ def _access(v: Variable) -> str:
 
 
 def _evaluations(interface: Interface) -> list[str]:
-    return list(dict.fromkeys(v.computed_by for v in interface.of_kind("output")))
+    return list(dict.fromkeys(v.computed_by for v in interface.computed))
 
 
 def _lines(lines: Iterable[str]) -> str:

@@ -12,7 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ..interface import InterfaceError, load_interface
-from .build import TwinError, build_fmi2, build_twin, write_example_input
+from .build import TwinError, build_fmu, build_twin, write_example_input
+from . import compiler
 from .compiler import PLATFORMS, CompileError, host_platform
 from .generate import generate
 from .model_description import ModelDescriptionError
@@ -61,8 +62,10 @@ class UnreadableFmu(ValueError):
 def run_build(chosen: argparse.Namespace) -> int:
     names = chosen.platform or []
     platforms = list(PLATFORMS.values()) if "all" in names else [PLATFORMS[name] for name in names]
-    fmu = build_fmi2(chosen.output, platforms or [host_platform()])
-    say(f"{fmu}  ({', '.join(p.name for p in platforms or [host_platform()])})")
+    platforms = platforms or [host_platform()]
+    for version in compiler.FMU_SOURCE:
+        fmu = build_fmu(version, chosen.output, platforms)
+        say(f"{fmu}  ({', '.join(p.name for p in platforms)})")
     say(str(write_example_input(chosen.output)))
     say(f"{build_twin(chosen.output)}  (Python)")
     return 0
@@ -81,7 +84,8 @@ def run_info(chosen: argparse.Namespace) -> int:
         say(f"{fmu}: {description.modelName}, FMI {description.fmiVersion}")
         say(description.description or "")
         say("binaries: " + ", ".join(sorted({name.split("/")[1] for name in names if name.startswith("binaries/")})))
-        say("promises: " + ", ".join(promises(description)))
+        for interface_type, promised in promises(description).items():
+            say(f"{interface_type}: " + ", ".join(promised))
         table = Table("#", "name", "kind", "unit", "start", "meaning", box=None, pad_edge=False)
         for v in description.modelVariables:
             table.add_row(
@@ -124,16 +128,29 @@ def read_fmu(fmu: Path):
         raise UnreadableFmu(f"{fmu}: no readable FMU: {problem}") from problem
 
 
-def promises(description) -> list[str]:
-    """The capabilities that an FMU declares for co-simulation."""
+def promises(description) -> dict[str, list[str]]:
+    """The capabilities that an FMU declares, by interface type."""
     names = {
         "canHandleVariableCommunicationStepSize": "variable steps",
         "canInterpolateInputs": "input derivatives",
         "maxOutputDerivativeOrder": "output derivatives",
+        "hasEventMode": "event mode",
+        "providesIntermediateUpdate": "intermediate update",
+        "canReturnEarlyAfterIntermediateUpdate": "early return",
         "canGetAndSetFMUstate": "states",
         "canSerializeFMUstate": "serialized states",
         "providesDirectionalDerivative": "directional derivatives",
+        "providesDirectionalDerivatives": "directional derivatives",
+        "providesAdjointDerivatives": "adjoint derivatives",
         "needsExecutionTool": "needs a tool on the host",
     }
-    interface = description.coSimulation
-    return [text for name, text in names.items() if interface is not None and getattr(interface, name, False)]
+    types = {
+        "Co-Simulation": description.coSimulation,
+        "Model Exchange": description.modelExchange,
+        "Scheduled Execution": description.scheduledExecution,
+    }
+    return {
+        name: [text for attribute, text in names.items() if getattr(interface, attribute, False)]
+        for name, interface in types.items()
+        if interface is not None
+    }

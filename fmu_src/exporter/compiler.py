@@ -19,7 +19,7 @@ FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 LINKAGE_SOURCES = tuple(sorted((SOURCE_ROOT / "linkage").glob("*.c")))
 COMPONENT_SOURCES = tuple(sorted((SOURCE_ROOT / "component").glob("*.c")))
-FMI2_SOURCE = SOURCE_ROOT / "fmi" / "fmi2_fmu.c"  # includes all the others
+FMU_SOURCE = {version: SOURCE_ROOT / "fmi" / f"fmi{version}_fmu.c" for version in (2, 3)}  # includes all the others
 
 # C99 and the strictest common warnings; no warning passes.
 WARNINGS = (
@@ -45,7 +45,7 @@ class Platform:
     """A platform as FMI and the compiler know it.
 
     folder: its name in FMI 2.0, which knows one processor family a system (FMI 2.0.4, section 2.3);
-    other_folder: its name where that one is taken, FMI 3.0's.
+    other_folder: its name in FMI 3.0 (section 2.5.1), and in FMI 2.0 where that one is taken.
     """
 
     name: str
@@ -103,7 +103,7 @@ def run_compiler(target: Platform, *options: str) -> None:
     libraries = () if target.suffix == ".dll" else ("-lm",)
     command = [
         sys.executable, "-m", "ziglang", "cc", "-target", target.target, *WARNINGS, *ARITHMETIC,
-        "-I", str(SOURCE_ROOT), "-I", str(FMI_HEADERS), *options, *libraries,
+        "-I", str(SOURCE_ROOT), "-isystem", str(FMI_HEADERS), *options, *libraries,
     ]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:

@@ -1,4 +1,4 @@
-"""modelDescription.xml of FMI 2.0 from the interface (FMI 2.0.4, section 2.2)."""
+"""modelDescription.xml of FMI 2.0 and 3.0 from the interface (FMI 2.0.4, section 2.2; FMI 3.0, section 2.4)."""
 
 from __future__ import annotations
 
@@ -11,36 +11,70 @@ from lxml import etree
 from ..interface import Interface, Unit, Variable
 from .version import generation_tool, project_version
 
-SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+SCHEMAS = Path(fmpy.__file__).parent / "schema"
+
 
 @dataclass(frozen=True)
 class Edition:
-    """What differs between the FMUs that share the interface; `suffix` makes the model's name."""
+    """What differs between the FMUs that share the interface; `suffix` makes the model's name.
 
+    fmi: 2 or 3; capabilities: of each interface type, by the name of its element.
+    """
+
+    fmi: int
     suffix: str
     remark: str
-    capabilities: dict[str, str]
+    capabilities: dict[str, dict[str, str]]
 
 
+# Each of these has a test in tests/fmi.
+_STATES = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true", "providesDirectionalDerivative": "true"}
+_STATES_FMI3 = {
+    "canGetAndSetFMUState": "true",
+    "canSerializeFMUState": "true",
+    "providesDirectionalDerivatives": "true",
+    "providesAdjointDerivatives": "true",
+}
 NATIVE = Edition(
+    fmi=2,
     suffix="",
     remark="",
-    capabilities={  # each of these has a test in tests/fmi
-        "canHandleVariableCommunicationStepSize": "true",
-        "canInterpolateInputs": "true",
-        "maxOutputDerivativeOrder": "2",
-        "canGetAndSetFMUstate": "true",
-        "canSerializeFMUstate": "true",
-        "providesDirectionalDerivative": "true",
+    capabilities={
+        "ModelExchange": {"completedIntegratorStepNotNeeded": "true"} | _STATES,
+        "CoSimulation": {
+            "canHandleVariableCommunicationStepSize": "true",
+            "canInterpolateInputs": "true",
+            "maxOutputDerivativeOrder": "2",
+        }
+        | _STATES,
+    },
+)
+FMI3 = Edition(
+    fmi=3,
+    suffix="",
+    remark="",
+    capabilities={
+        "ModelExchange": _STATES_FMI3,
+        "CoSimulation": {
+            "canHandleVariableCommunicationStepSize": "true",
+            "maxOutputDerivativeOrder": "2",
+            "providesIntermediateUpdate": "true",
+            "canReturnEarlyAfterIntermediateUpdate": "true",
+            "hasEventMode": "true",
+        }
+        | _STATES_FMI3,
     },
 )
 TWIN = Edition(
+    fmi=2,
     suffix="Twin",
     remark=" (readable edition in Python: needs Python with numpy on the host)",
     capabilities={
-        "needsExecutionTool": "true",
-        "canHandleVariableCommunicationStepSize": "true",
-        "canNotUseMemoryManagementFunctions": "true",
+        "CoSimulation": {
+            "needsExecutionTool": "true",
+            "canHandleVariableCommunicationStepSize": "true",
+            "canNotUseMemoryManagementFunctions": "true",
+        }
     },
 )
 
@@ -49,23 +83,24 @@ class ModelDescriptionError(ValueError):
     """The XML does not satisfy the FMI schema; the message says where."""
 
 
-def fmi2_xml(interface: Interface, edition: Edition = NATIVE) -> bytes:
-    """The document, checked against the FMI 2.0 schema."""
+def model_description_xml(interface: Interface, edition: Edition) -> bytes:
+    """The document, checked against the schema of the edition's FMI version."""
     name = interface.model.name + edition.suffix
+    token = interface.edition_token(edition.suffix)
     root = etree.Element(
         "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=name,
-        guid=interface.edition_token(edition.suffix),
+        {"fmiVersion": f"{edition.fmi}.0", "modelName": name, "guid" if edition.fmi == 2 else "instantiationToken": token},
         description=interface.model.description + edition.remark,
         version=project_version(),
         copyright="The Transplanter Linkage FMU developers",
         license="BSD-2-Clause",
         generationTool=generation_tool(),
         variableNamingConvention="structured",
-        numberOfEventIndicators="0",
     )
-    etree.SubElement(root, "CoSimulation", modelIdentifier=name, **edition.capabilities)
+    if edition.fmi == 2:
+        root.set("numberOfEventIndicators", "0")
+    for interface_type, capabilities in edition.capabilities.items():
+        etree.SubElement(root, interface_type, modelIdentifier=name, **capabilities)
     units = etree.SubElement(root, "UnitDefinitions")
     for unit in interface.units.values():
         _add_unit(units, unit)
@@ -81,10 +116,10 @@ def fmi2_xml(interface: Interface, edition: Edition = NATIVE) -> bytes:
     )
     variables = etree.SubElement(root, "ModelVariables")
     for variable in interface.variables:
-        _add_variable(variables, variable)
-    _add_structure(etree.SubElement(root, "ModelStructure"), interface)
+        _ADD_VARIABLE[edition.fmi](variables, interface, variable)
+    _ADD_STRUCTURE[edition.fmi](etree.SubElement(root, "ModelStructure"), interface)
 
-    schema = etree.XMLSchema(etree.parse(str(SCHEMA)))
+    schema = etree.XMLSchema(etree.parse(str(SCHEMAS / f"fmi{edition.fmi}" / f"fmi{edition.fmi}ModelDescription.xsd")))
     if not schema.validate(root):
         raise ModelDescriptionError(f"modelDescription.xml: {schema.error_log.last_error}")
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
@@ -97,51 +132,96 @@ def _add_unit(units: etree._Element, unit: Unit) -> None:
         etree.SubElement(element, "DisplayUnit", name=unit.display_name, factor=repr(unit.display_factor))
 
 
-def _add_variable(variables: etree._Element, variable: Variable) -> None:
+def _attributes(variable: Variable) -> dict[str, str]:
+    """What FMI 2.0 and 3.0 have in common on a variable as a whole."""
     attributes = {
         "name": variable.name,
         "valueReference": str(variable.value_reference),
         "description": variable.text,
-        "causality": variable.kind,
+        "causality": "local" if variable.kind == "derivative" else variable.kind,
         "variability": "fixed" if variable.kind == "parameter" else "continuous",
     }
     if variable.kind == "parameter" or variable.is_state:
         attributes["initial"] = "exact"
-    elif variable.kind == "output":
+    elif variable.computed_by is not None:
         attributes["initial"] = "calculated"
-    element = etree.SubElement(variables, "ScalarVariable", attributes)
-    if variable.type == "boolean":
-        etree.SubElement(element, "Boolean", start=str(variable.start).lower())
-        return
-    real = etree.SubElement(element, "Real")
+    return attributes
+
+
+def _type_attributes(interface: Interface, variable: Variable) -> dict[str, str]:
+    """What they have in common on its type: units, start, and of which state it is the derivative."""
+    attributes = {}
     if variable.unit is not None:
-        real.set("unit", variable.unit.name)
+        attributes["unit"] = variable.unit.name
         if variable.unit.display_name is not None:
-            real.set("displayUnit", variable.unit.display_name)
+            attributes["displayUnit"] = variable.unit.display_name
     if variable.range is not None:
-        real.set("min", repr(variable.range[0]))
-        real.set("max", repr(variable.range[1]))
+        attributes["min"], attributes["max"] = map(repr, variable.range)
     if variable.start is not None:
-        real.set("start", repr(variable.start))
+        attributes["start"] = str(variable.start).lower() if variable.type == "boolean" else repr(variable.start)
+    if variable.of is not None:
+        attributes["derivative"] = str(interface[variable.of].value_reference)
+    return attributes
 
 
-def _add_structure(structure: etree._Element, interface: Interface) -> None:
-    outputs = etree.SubElement(structure, "Outputs")
-    initial_unknowns = etree.SubElement(structure, "InitialUnknowns")
-    for variable in interface.of_kind("output"):
-        _add_unknown(outputs, interface, variable, variable.depends)
-        if not variable.is_state:
-            initially = variable.depends | dict.fromkeys(variable.initially, "dependent")
-            _add_unknown(initial_unknowns, interface, variable, initially)
+def _add_variable_fmi2(variables: etree._Element, interface: Interface, variable: Variable) -> None:
+    element = etree.SubElement(variables, "ScalarVariable", _attributes(variable))
+    etree.SubElement(element, variable.type.capitalize(), _type_attributes(interface, variable))
 
 
-def _add_unknown(parent: etree._Element, interface: Interface, variable: Variable, depends: dict[str, str]) -> None:
-    """`dependencies` in the order of their index, with the kinds in the same order."""
-    known = sorted(depends, key=lambda name: interface[name].value_reference)
-    etree.SubElement(
-        parent,
-        "Unknown",
-        index=str(variable.value_reference),
-        dependencies=" ".join(str(interface[name].value_reference) for name in known),
-        dependenciesKind=" ".join(depends[name] for name in known),
+def _add_variable_fmi3(variables: etree._Element, interface: Interface, variable: Variable) -> None:
+    attributes = _attributes(variable) | _type_attributes(interface, variable)
+    if variable.kind in ("input", "output"):
+        attributes["intermediateUpdate"] = "true"
+    etree.SubElement(variables, {"real": "Float64", "boolean": "Boolean"}[variable.type], attributes)
+
+
+def _initially(variable: Variable) -> dict[str, str]:
+    return dict.fromkeys(variable.initially, "dependent") | variable.depends
+
+
+def _add_structure_fmi2(structure: etree._Element, interface: Interface) -> None:
+    outputs, derivatives, initial_unknowns = (
+        etree.SubElement(structure, name) for name in ("Outputs", "Derivatives", "InitialUnknowns")
     )
+    for variable in interface.computed:
+        _add_unknown_fmi2(outputs if variable.kind == "output" else derivatives, interface, variable, variable.depends)
+        if not variable.is_state:
+            _add_unknown_fmi2(initial_unknowns, interface, variable, _initially(variable))
+
+
+def _add_unknown_fmi2(parent: etree._Element, interface: Interface, variable: Variable, depends: dict[str, str]) -> None:
+    """The index of a variable is its value reference: both count from 1."""
+    etree.SubElement(
+        parent, "Unknown", {"index": str(variable.value_reference)} | _dependencies(interface, depends)
+    )
+
+
+def _add_structure_fmi3(structure: etree._Element, interface: Interface) -> None:
+    for variable in interface.computed:
+        element = "Output" if variable.kind == "output" else "ContinuousStateDerivative"
+        _add_unknown_fmi3(structure, element, interface, variable, variable.depends)
+    for variable in interface.computed:
+        if not variable.is_state:
+            _add_unknown_fmi3(structure, "InitialUnknown", interface, variable, _initially(variable))
+
+
+def _add_unknown_fmi3(
+    structure: etree._Element, element: str, interface: Interface, variable: Variable, depends: dict[str, str]
+) -> None:
+    etree.SubElement(
+        structure, element, {"valueReference": str(variable.value_reference)} | _dependencies(interface, depends)
+    )
+
+
+def _dependencies(interface: Interface, depends: dict[str, str]) -> dict[str, str]:
+    """`dependencies` in the order of their references, with the kinds in the same order."""
+    known = sorted(depends, key=lambda name: interface[name].value_reference)
+    return {
+        "dependencies": " ".join(str(interface[name].value_reference) for name in known),
+        "dependenciesKind": " ".join(depends[name] for name in known),
+    }
+
+
+_ADD_VARIABLE = {2: _add_variable_fmi2, 3: _add_variable_fmi3}
+_ADD_STRUCTURE = {2: _add_structure_fmi2, 3: _add_structure_fmi3}

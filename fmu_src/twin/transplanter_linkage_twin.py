@@ -39,7 +39,7 @@ class TransplanterLinkageTwin(Fmi2Slave):
         """Register with the declared value reference, not the one that PythonFMU counts."""
 
         def read():
-            if declared.kind == "output":
+            if declared.computed_by is not None:
                 self._update()
             return self.values[declared.name]
 
@@ -51,7 +51,7 @@ class TransplanterLinkageTwin(Fmi2Slave):
 
         variable = (Boolean if declared.type == "boolean" else Real)(
             declared.name,
-            causality=Fmi2Causality[declared.kind] if declared.kind != "independent" else Fmi2Causality.local,
+            causality=Fmi2Causality.__members__.get(declared.kind, Fmi2Causality.local),  # the rest is local to it
             variability=Fmi2Variability.fixed if declared.kind == "parameter" else Fmi2Variability.continuous,
             initial=Fmi2Initial.exact if declared.kind == "parameter" or declared.is_state else None,
             description=declared.text,
@@ -138,6 +138,7 @@ class TransplanterLinkageTwin(Fmi2Slave):
             "ground.ax": travel.a + acceleration.real,
             "ground.ay": acceleration.imag,
             "machine.s": travel.s,
+            "der(machine.s)": travel.v,
             "crank.tau": -(fx * solution.tip[1].real + fy * solution.tip[1].imag),
             "assembly.margin": solution.margin,
         }

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.exporter.build import build_fmi2
+from fmu_src.exporter.build import build_fmu
 from fmu_src.exporter.compiler import PLATFORMS
 from tests.conftest import PROJECT_ROOT
 
@@ -17,7 +17,7 @@ from tests.conftest import PROJECT_ROOT
 @pytest.fixture(scope="session")
 def all_platforms_fmu(tmp_path_factory) -> Path:
     """The FMU for every platform, cross-compiled once; the compiler keeps what it has done for the next time."""
-    return build_fmi2(tmp_path_factory.mktemp("all platforms"), PLATFORMS.values())
+    return build_fmu(2, tmp_path_factory.mktemp("all platforms"), PLATFORMS.values())
 
 
 @pytest.fixture(scope="session")

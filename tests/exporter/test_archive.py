@@ -10,9 +10,9 @@ import zipfile
 import pytest
 
 from fmu_src.exporter.archive import write_archive
-from fmu_src.exporter.build import build_fmi2
+from fmu_src.exporter.build import build_fmu
 from fmu_src.exporter.compiler import host_platform
-from fmu_src.exporter.model_description import fmi2_xml
+from fmu_src.exporter.model_description import NATIVE, model_description_xml
 from tests.conftest import PROJECT_ROOT
 
 
@@ -24,7 +24,7 @@ def test_contents(fmu_file, interface):
         platform = host_platform()
         assert f"binaries/{platform.folder}/{interface.model.name}{platform.suffix}" in binaries
         assert set(names) == {"modelDescription.xml", "documentation/licenses/LICENSE.txt", *binaries}
-        assert archive.read("modelDescription.xml") == fmi2_xml(interface), "built from another interface.toml"
+        assert archive.read("modelDescription.xml") == model_description_xml(interface, NATIVE), "built from another interface.toml"
         assert archive.read("documentation/licenses/LICENSE.txt") == (PROJECT_ROOT / "LICENSE").read_bytes()
         assert archive.testzip() is None
         for name in names:
@@ -67,12 +67,12 @@ def test_the_same_bytes_from_another_folder(fmu_file, project_copy, tmp_path):
     script = (
         "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[1]); from fmu_src.exporter import build;"
         "assert build.compiler.SOURCE_ROOT.parent == Path(sys.argv[1]).resolve();"
-        "build.build_fmi2(Path('out'), [build.compiler.host_platform()])"
+        "build.build_fmu(2, Path('out'), [build.compiler.host_platform()])"
     )
     done = subprocess.run([sys.executable, "-c", script, project_copy], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     built = tmp_path / "out" / "fmi2" / fmu_file.name
-    again = build_fmi2(tmp_path / "again", [host_platform()])
+    again = build_fmu(2, tmp_path / "again", [host_platform()])
     assert built.read_bytes() == again.read_bytes()
 
     with zipfile.ZipFile(built) as new, zipfile.ZipFile(fmu_file) as old:

@@ -116,6 +116,6 @@ def test_what_the_compiler_says_is_passed_on(monkeypatch, capsys):
     def fails(*_):
         raise CompileError("x86_64-linux:\nlinkage.c:1:1: error: expected ';'")
 
-    monkeypatch.setattr(cli, "build_fmi2", fails)
+    monkeypatch.setattr(cli, "build_fmu", fails)
     assert main(["build"]) == 1
     assert "linkage.c:1:1" in capsys.readouterr().err

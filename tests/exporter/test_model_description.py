@@ -12,7 +12,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from fmu_src.exporter.compiler import SOURCE_ROOT
-from fmu_src.exporter.model_description import Edition, ModelDescriptionError, fmi2_xml
+from fmu_src.exporter.model_description import Edition, ModelDescriptionError, model_description_xml
 from tests.fmi.host import DISCARD, OK, Instance
 
 
@@ -34,7 +34,7 @@ def test_fmpy_finds_no_problem(fmu_file):
 def test_the_schema_is_asked(interface):
     """A description that FMI does not know is not written."""
     with pytest.raises(ModelDescriptionError, match="canFly"):
-        fmi2_xml(interface, Edition(suffix="", remark="", capabilities={"canFly": "true"}))
+        model_description_xml(interface, Edition(2, suffix="", remark="", capabilities={"CoSimulation": {"canFly": "true"}}))
 
 
 def test_token(root, fmu, interface):
@@ -76,6 +76,7 @@ def test_attributes(variables):
         ("output", "continuous", "calculated"),
         ("output", "continuous", "exact"),
         ("parameter", "fixed", "exact"),
+        ("local", "continuous", "calculated"),
     }
     found = {
         name: (variable.get("causality"), variable.get("variability"), variable.get("initial"))
@@ -84,6 +85,7 @@ def test_attributes(variables):
     assert set(found.values()) == allowed
     exact = [name for name, attributes in found.items() if attributes == ("output", "continuous", "exact")]
     assert exact == ["machine.s"]
+    assert [name for name, (causality, *_) in found.items() if causality == "local"] == ["der(machine.s)"]
     assert all(variable.get("description") for variable in variables.values())
 
 
@@ -115,8 +117,7 @@ UNIT_OF = {  # by the end of the name
     ".fx": "N", ".fy": "N", ".x": "m", ".y": "m", ".vx": "m/s", ".vy": "m/s", ".ax": "m/s2", ".ay": "m/s2",
     "tip.angle": "rad", "crank.tau": "N.m", "assembly.margin": "1", "geometry.phi1": "rad", "geometry.phi4": "rad",
     "geometry.theta3": "rad", "geometry.theta8": "rad", "geometry.theta9": "rad", "crank.at_step_end": None,
-    "crank.smoothing": "s",
-    "C": "m", "G": "m",  # geometry.XC and its like
+    "crank.smoothing": "s", "der(machine.s)": "m/s", "C": "m", "G": "m",  # geometry.XC and its like
 } | {f"geometry.L{n}": "m" for n in range(1, 10)}  # fmt: skip
 
 
@@ -146,11 +147,11 @@ POINTS = [  # in one the dyad ABD is nearer to its dead point, in the other EFG
 ]
 
 
-def declared(root, list_name: str) -> dict[str, dict[str, str]]:
-    """{output: {what it depends on: kind}} of Outputs or InitialUnknowns."""
+def declared(root, *list_names: str) -> dict[str, dict[str, str]]:
+    """{unknown: {what it depends on: kind}} of the lists Outputs, Derivatives or InitialUnknowns."""
     names = [variable.get("name") for variable in root.iter("ScalarVariable")]
     found = {}
-    for unknown in root.find(f"ModelStructure/{list_name}"):
+    for unknown in (unknown for name in list_names for unknown in root.find(f"ModelStructure/{name}")):
         known = [names[int(index) - 1] for index in unknown.get("dependencies").split()]
         kinds = unknown.get("dependenciesKind").split()
         assert len(kinds) == len(known)
@@ -171,19 +172,19 @@ def moved(instance: Instance, names: list[str], known: str, point: dict[str, flo
 
 
 def test_outputs_depend_on_the_inputs_declared_and_no_others(root, new, fmu):
-    """Each output against each input, numerically."""
-    outputs, inputs = fmu.names("output"), fmu.names("input")
+    """Each output, and the state's derivative, against each input and the state, numerically."""
+    outputs = [*fmu.names("output"), "der(machine.s)"]
     found: dict[str, set[str]] = {name: set() for name in outputs}
     instance = new().setup().enter()
-    for known, point in product(inputs, POINTS):
+    for known, point in product([*fmu.names("input"), "machine.s"], POINTS):
         for name in moved(instance, outputs, known, point):
             found[name].add(known)
-    assert found == {name: set(known) for name, known in declared(root, "Outputs").items()}
+    assert found == {name: set(known) for name, known in declared(root, "Outputs", "Derivatives").items()}
 
 
 def test_initial_unknowns_depend_on_what_is_declared_and_nothing_else(root, new, fmu):
     """Each calculated output against each input, parameter and exact start; time does not come in."""
-    outputs = fmu.names("output")
+    outputs = [*fmu.names("output"), "der(machine.s)"]
     parameters = [name for name in fmu.names("parameter") if name != "crank.at_step_end"]
     knowns = [*fmu.names("input"), *parameters, "machine.s"]
     found: dict[str, set[str]] = {name: set() for name in outputs if name != "machine.s"}
@@ -204,7 +205,7 @@ def test_what_depends_on_nothing_else(root, new, fmu):
 def test_constant_dependencies_are_constant(root, new):
     """dependenciesKind "constant": the same partial derivative everywhere; "dependent": not so."""
     instance = new().setup().enter()
-    for output, depends in declared(root, "Outputs").items():
+    for output, depends in declared(root, "Outputs", "Derivatives").items():
         for known, kind in depends.items():
             partials = {instance.set(point).sensitivity([output], {known: 1.0})[0] for point in POINTS}
             assert (len(partials) == 1) == (kind == "constant"), (output, known)

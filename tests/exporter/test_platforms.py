@@ -12,7 +12,7 @@ from elftools.elf.elffile import ELFFile
 
 from fmu_src.exporter import compiler
 from fmu_src.exporter.compiler import PLATFORMS, CompileError, compile_library, host_platform
-from tests.fmi.host import FUNCTIONS
+from tests.fmi.host import FUNCTIONS, MODEL_EXCHANGE_FUNCTIONS
 
 # FMI 2.0.4, section 2.3 for the first three; the others as fmpy and the FMI cross-checks name them.
 FOLDERS = {
@@ -48,7 +48,7 @@ def test_windows(all_platforms):
     machine, _, _, _, _, _, characteristics = struct.unpack_from("<HHIIIHH", content, header + 4)
     assert content[header : header + 4] == b"PE\0\0" and machine == 0x8664 and characteristics & 0x2000
     exports, imports = pe_tables(content, header)
-    assert exports == set(FUNCTIONS)
+    assert exports == {*FUNCTIONS, *MODEL_EXCHANGE_FUNCTIONS}
     assert all(name.lower().startswith(("api-ms-win-crt-", "kernel32", "ntdll", "msvcrt")) for name in imports), imports
 
 
@@ -93,7 +93,7 @@ def test_macos(all_platforms, name, processor):
             needed.add(content[start : content.index(b"\0", start)].decode())
         place += size
     assert needed == {"/usr/lib/libSystem.B.dylib"}
-    for function in FUNCTIONS:
+    for function in FUNCTIONS + MODEL_EXCHANGE_FUNCTIONS:
         assert f"_{function}\0".encode() in content
 
 
@@ -154,8 +154,8 @@ def test_only_what_is_marked_is_exported(tmp_path):
 
 
 def test_every_source_is_compiled():
-    """A new .c file of the linkage or the component must join the one that includes them all."""
+    """A new .c file of the linkage or the component must join those that are included together."""
     folders = [Path(compiler.__file__).parents[1] / name for name in ("linkage", "component")]
-    included = compiler.FMI2_SOURCE.read_text(encoding="utf-8")
+    included = compiler.FMU_SOURCE[2].with_name("one_file.h").read_text(encoding="utf-8")
     for source in (file for folder in folders for file in folder.glob("*.c")):
         assert f'#include "../{source.parent.name}/{source.name}"' in included

@@ -27,7 +27,7 @@ STEP_STATUS, PENDING_STATUS, LAST_SUCCESSFUL_TIME, TERMINATED = range(4)
 PLANTING_SPEED = 2 * math.pi * 65 / 60  # rad/s: the published 65 plants a minute
 MACHINE_SPEED = 0.4 * 65 / 60  # m/s: the published spacing of 400 mm
 
-# FMI 2.0.4, sections 2.1 and 4.2: what a co-simulation FMU exports, all of it and nothing else.
+# FMI 2.0.4, sections 2.1 and 4.2: what a co-simulation FMU exports, all of it.
 FUNCTIONS = (
     "fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2SetDebugLogging", "fmi2Instantiate", "fmi2FreeInstance",
     "fmi2SetupExperiment", "fmi2EnterInitializationMode", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset",
@@ -38,6 +38,14 @@ FUNCTIONS = (
     "fmi2GetDirectionalDerivative", "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives",
     "fmi2DoStep", "fmi2CancelStep",
     "fmi2GetStatus", "fmi2GetRealStatus", "fmi2GetIntegerStatus", "fmi2GetBooleanStatus", "fmi2GetStringStatus",
+)  # fmt: skip
+
+
+# Section 3.2: what Model Exchange adds.
+MODEL_EXCHANGE_FUNCTIONS = (
+    "fmi2EnterEventMode", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode", "fmi2CompletedIntegratorStep",
+    "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
+    "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates",
 )  # fmt: skip
 
 

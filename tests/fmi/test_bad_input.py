@@ -27,7 +27,7 @@ from tests.fmi.test_state_machine import CALLS
 
 INTERFACE = load_interface()
 COUNT = len(INTERFACE.variables)
-BOOLEAN = INTERFACE["crank.at_step_end"].value_reference
+AT_STEP_END = INTERFACE["crank.at_step_end"].value_reference
 UNKNOWN = [0, COUNT + 1, 1000, 2**31, 2**32 - 1]
 OF_AN_INSTANCE = [
     name
@@ -60,7 +60,7 @@ def refused(instance: Instance, *said: str) -> Iterator[None]:
         ({"name": ""}, "instance name"),
         ({"guid": "{00000000-0000-0000-0000-000000000000}"}, "GUID"),
         ({"guid": ""}, "GUID"),
-        ({"fmu_type": 0}, "fmi2CoSimulation"),
+        ({"fmu_type": 2}, "fmi2Type"),
     ],
 )
 def test_no_instance(new, options, said):
@@ -118,7 +118,7 @@ WITH_POINTERS = {
     "fmi2SetDebugLogging": lambda i: [True, 1, (c_char_p * 1)(b"logAll")],
     "fmi2GetReal": lambda i: [reference(8), 1, one_real()],
     "fmi2SetReal": lambda i: [reference(2), 1, one_real()],
-    "fmi2GetBoolean": lambda i: [reference(BOOLEAN), 1, one_integer()],
+    "fmi2GetBoolean": lambda i: [reference(AT_STEP_END), 1, one_integer()],
     "fmi2SetRealInputDerivatives": lambda i: [reference(2), 1, one_integer(), one_real()],
     "fmi2GetRealOutputDerivatives": lambda i: [reference(8), 1, one_integer(), one_real()],
     "fmi2GetDirectionalDerivative": lambda i: [reference(8), 1, reference(2), 1, one_real(), one_real()],

@@ -11,13 +11,13 @@ from collections.abc import Callable
 import pytest
 from lxml import etree
 
-from fmu_src.exporter.model_description import fmi2_xml
+from fmu_src.exporter.model_description import NATIVE, model_description_xml
 from fmu_src.interface import load_interface
 from tests.fmi.drive import angle_only, distances, drive, exact_tip, one_derivative, uneven
 from tests.fmi.host import ERROR, OK, PENDING
 from tests.fmi.life import BEGINNING, END, begin, tell
 
-COSIMULATION = etree.fromstring(fmi2_xml(load_interface())).find("CoSimulation")
+COSIMULATION = etree.fromstring(model_description_xml(load_interface(), NATIVE)).find("CoSimulation")
 DECLARED = {name: value for name, value in COSIMULATION.items() if name != "modelIdentifier"}
 # True by default of the schema would be news; these are false where nothing is said.
 FALSE_UNLESS_DECLARED = (
