@@ -12,9 +12,11 @@ import pytest
 from fmu_src.exporter.compiler import compile_library, compile_program, host_platform
 from fmu_src.interface import Interface, load_interface
 from tests.fmi.host import DISCARD, ERROR, OK, WARNING, Fmu, Instance
+from tests.fmi.host3 import Fmu3
 
 PROJECT_ROOT = Path(__file__).resolve().parent.parent
-FMU_FILE = PROJECT_ROOT / "build" / "fmi2" / "TransplanterLinkage.fmu"
+FMU_FILES = {version: PROJECT_ROOT / "build" / f"fmi{version}" / "TransplanterLinkage.fmu" for version in (2, 3)}
+BOTH_VERSIONS = pytest.mark.parametrize("version", FMU_FILES, ids=lambda version: f"fmi{version}")
 HOSTS = Path(__file__).with_name("hosts")
 
 
@@ -24,22 +26,43 @@ def interface() -> Interface:
 
 
 @pytest.fixture(scope="session")
-def fmu_file() -> Path:
-    """The FMU as the build left it."""
-    if not FMU_FILE.exists():
-        pytest.fail(f"{FMU_FILE.relative_to(PROJECT_ROOT)} is missing: run make build", pytrace=False)
-    return FMU_FILE
+def fmu_files() -> dict[int, Path]:
+    """The FMUs as the build left them, by FMI version."""
+    for file in FMU_FILES.values():
+        if not file.exists():
+            pytest.fail(f"{file.relative_to(PROJECT_ROOT)} is missing: run make build", pytrace=False)
+    return FMU_FILES
 
 
 @pytest.fixture(scope="session")
-def fmu(fmu_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Fmu:
-    """The FMU, unpacked once, with the callbacks that tests/fmi/host.py gives to it."""
-    folder = tmp_path_factory.mktemp("fmu")
-    fmpy.extract(str(fmu_file), str(folder))
+def fmu_file(fmu_files: dict[int, Path]) -> Path:
+    """That of FMI 2.0."""
+    return fmu_files[2]
+
+
+@pytest.fixture(scope="session")
+def fmus(fmu_files: dict[int, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[int, Fmu]:
+    """The FMUs, unpacked once, with the callbacks that tests/fmi/host.py gives to FMI 2.0's."""
     platform = host_platform()
     callbacks = tmp_path_factory.mktemp("hosts") / f"callbacks{platform.suffix}"
     compile_library((HOSTS / "callbacks.c",), callbacks, platform)
-    return Fmu(fmu_file, folder, callbacks)
+    unpacked = {}
+    for version, file in fmu_files.items():
+        folder = tmp_path_factory.mktemp(f"fmi{version}")
+        fmpy.extract(str(file), str(folder))
+        unpacked[version] = (Fmu3 if version == 3 else Fmu)(file, folder, callbacks)
+    return unpacked
+
+
+@pytest.fixture
+def version() -> int:
+    """The FMI version of what `fmu` and `new` give; BOTH_VERSIONS makes a test run over both."""
+    return 2
+
+
+@pytest.fixture
+def fmu(fmus: dict[int, Fmu], version: int) -> Fmu:
+    return fmus[version]
 
 
 CATEGORIES = {OK: "logEvents", WARNING: "logStatusWarning", DISCARD: "logStatusDiscard", ERROR: "logStatusError"}
@@ -55,7 +78,7 @@ def new(fmu: Fmu) -> Iterator[Callable[..., Instance]]:
     made: list[Instance] = []
 
     def make(name: str = "linkage", **options) -> Instance:
-        made.append(Instance(fmu, name, **options))
+        made.append(fmu.instance(name, **options))
         return made[-1]
 
     yield make
@@ -63,7 +86,7 @@ def new(fmu: Fmu) -> Iterator[Callable[..., Instance]]:
         instance.free()
         for message in instance.messages:
             assert message.instance and message.category == CATEGORIES[message.status], message
-            assert re.fullmatch(r"fmi2\w+: [^\s%].{8,}", message.text), message
+            assert re.fullmatch(rf"fmi{fmu.description.fmiVersion[0]}\w+: [^\s%].{{8,}}", message.text), message
 
 
 @pytest.fixture(scope="session")

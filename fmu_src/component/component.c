@@ -348,34 +348,58 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
     return COMPONENT_OK;
 }
 
+static bool is_geometry(uint32_t reference) {
+    return reference >= VARIABLE_GEOMETRY_L1 && reference <= VARIABLE_GEOMETRY_THETA9;
+}
+
+/* Refuses, with a message, what is no unknown or no known now, and seeds that are no numbers. Else
+ * sums up what is to be evaluated, and whether by the geometry. Parameters are knowns in
+ * initialization mode, where they may change (FMI 2.0.4, section 2.2.8; FMI 3.0, section 2.4.9). */
+static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
+                                        size_t unknown_count, const uint32_t known[],
+                                        size_t known_count, const double seed[], bool is_adjoint,
+                                        uint32_t *evaluations, bool *by_geometry) {
+    *evaluations = EVALUATION_NONE;
+    *by_geometry = false;
+    for (size_t i = 0; i < unknown_count; ++i) {
+        if (!is_computed(unknown[i]))
+            return refuse_reference(c, unknown[i], "is no output: no derivative of it");
+        if (is_adjoint && !(fabs(seed[i]) <= GREATEST_VALUE))
+            return refuse_value(c, unknown[i], seed[i]);
+        *evaluations |= interface_evaluation[unknown[i]];
+    }
+    for (size_t k = 0; k < known_count; ++k) {
+        bool is_parameter = is_geometry(known[k]);
+        if (is_parameter && c->settings.mode != MODE_INITIALIZATION)
+            return refuse_reference(c, known[k],
+                                    "derivatives by parameters exist in initialization mode only");
+        if (!is_parameter && !is_input(known[k]) && known[k] != VARIABLE_MACHINE_S)
+            return refuse_reference(c, known[k], "is no input: no derivative by it");
+        if (!is_adjoint && !(fabs(seed[k]) <= GREATEST_VALUE))
+            return refuse_value(c, known[k], seed[k]);
+        *by_geometry = *by_geometry || is_parameter;
+    }
+    return COMPONENT_OK;
+}
+
 ComponentStatus component_get_directional_derivative(Component *c, const uint32_t unknown[],
                                                      size_t unknown_count, const uint32_t known[],
                                                      size_t known_count, const double seed[],
                                                      double sensitivity[]) {
+    double direction[INTERFACE_COUNT + 1] = {0.0}, change[INTERFACE_COUNT + 1];
+    uint32_t evaluations;
+    bool by_geometry;
+    ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
+                                              false, &evaluations, &by_geometry);
+    if (status != COMPONENT_OK)
+        return status;
+    for (size_t k = 0; k < known_count; ++k)
+        direction[known[k]] += seed[k];
+    status = outputs_vary(c, evaluations, by_geometry, direction, change);
+    if (status != COMPONENT_OK)
+        return status;
     for (size_t i = 0; i < unknown_count; ++i)
-        if (!is_computed(unknown[i]))
-            return refuse_reference(c, unknown[i], "is no output: no derivative of it");
-    for (size_t k = 0; k < known_count; ++k) {
-        if (!is_input(known[k]) && known[k] != VARIABLE_MACHINE_S)
-            return refuse_reference(c, known[k], "is no input: no derivative by it");
-        if (!(fabs(seed[k]) <= GREATEST_VALUE))
-            return refuse_value(c, known[k], seed[k]);
-    }
-    for (int pass = 0; pass < 2; ++pass) {
-        for (size_t i = 0; i < unknown_count; ++i) {
-            double sum = 0.0;
-            for (size_t k = 0; k < known_count; ++k) {
-                double partial;
-                ComponentStatus status =
-                    outputs_partial_derivative(c, unknown[i], known[k], &partial);
-                if (status != COMPONENT_OK)
-                    return status;
-                sum += partial * seed[k];
-            }
-            if (pass == 1)
-                sensitivity[i] = sum;
-        }
-    }
+        sensitivity[i] = change[unknown[i]];
     return COMPONENT_OK;
 }
 
@@ -383,18 +407,20 @@ ComponentStatus component_get_adjoint_derivative(Component *c, const uint32_t un
                                                  size_t unknown_count, const uint32_t known[],
                                                  size_t known_count, const double seed[],
                                                  double sensitivity[]) {
-    for (size_t k = 0; k < known_count; ++k) {
-        double sum = 0.0, one = 1.0;
-        for (size_t i = 0; i < unknown_count; ++i) {
-            double partial;
-            ComponentStatus status = component_get_directional_derivative(
-                c, &unknown[i], 1, &known[k], 1, &one, &partial);
-            if (status != COMPONENT_OK)
-                return status;
-            sum += seed[i] * partial;
-        }
-        sensitivity[k] = sum;
-    }
+    double weight[INTERFACE_COUNT + 1] = {0.0}, gradient[INTERFACE_COUNT + 1] = {0.0};
+    uint32_t evaluations;
+    bool by_geometry;
+    ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
+                                              true, &evaluations, &by_geometry);
+    if (status != COMPONENT_OK)
+        return status;
+    for (size_t i = 0; i < unknown_count; ++i)
+        weight[unknown[i]] += seed[i];
+    status = outputs_gradient(c, evaluations, by_geometry, weight, gradient);
+    if (status != COMPONENT_OK)
+        return status;
+    for (size_t k = 0; k < known_count; ++k)
+        sensitivity[k] = gradient[known[k]];
     return COMPONENT_OK;
 }
 

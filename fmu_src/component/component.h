@@ -144,7 +144,8 @@ INTERNAL ComponentStatus component_get_output_derivatives(Component *component,
                                                           const uint32_t reference[], size_t count,
                                                           const int32_t order[], double value[]);
 /* sensitivity[i] = sum over k of d unknown[i] / d known[k] times seed[k], at the instant that
- * the outputs belong to. Unknowns: outputs. Knowns: inputs. */
+ * the outputs belong to. Unknowns: outputs and der(machine.s). Knowns: inputs, machine.s and, in
+ * initialization mode, the parameters of the geometry. */
 INTERNAL ComponentStatus component_get_directional_derivative(
     Component *component, const uint32_t unknown[], size_t unknown_count, const uint32_t known[],
     size_t known_count, const double seed[], double sensitivity[]);

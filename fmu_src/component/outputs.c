@@ -1,8 +1,11 @@
 #include "outputs.h"
 
+#include "../linkage/sensitivity.h"
+
 #include "message.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Lengths beyond these are no transplanter's, and their squares could under- or overflow. */
 static const double SHORTEST_LINK = 1e-6, LONGEST_LINK = 1e6; /* m */
@@ -39,33 +42,24 @@ static ComponentStatus check_geometry(Component *c) {
     return COMPONENT_OK;
 }
 
+/* The parameters of the geometry stand in the same order in both. */
+typedef char geometry_is_complete
+    [sizeof(LinkageGeometry) == 8 * (VARIABLE_GEOMETRY_THETA9 - VARIABLE_GEOMETRY_L1 + 1) ? 1 : -1];
+
+/* values: by value reference, of which these are used. */
+static LinkageGeometry geometry_of(const double values[]) {
+    LinkageGeometry geometry;
+    memcpy(&geometry, &values[VARIABLE_GEOMETRY_L1], sizeof geometry);
+    return geometry;
+}
+
 ComponentStatus outputs_prepare(Component *c) {
     if (c->linkage_is_ready)
         return COMPONENT_OK;
     ComponentStatus status = check_geometry(c);
     if (status != COMPONENT_OK)
         return status;
-    const double *real = c->settings.real;
-    LinkageGeometry geometry = {
-        .L1 = real[VARIABLE_GEOMETRY_L1],
-        .L2 = real[VARIABLE_GEOMETRY_L2],
-        .L3 = real[VARIABLE_GEOMETRY_L3],
-        .L4 = real[VARIABLE_GEOMETRY_L4],
-        .L5 = real[VARIABLE_GEOMETRY_L5],
-        .L6 = real[VARIABLE_GEOMETRY_L6],
-        .L7 = real[VARIABLE_GEOMETRY_L7],
-        .L8 = real[VARIABLE_GEOMETRY_L8],
-        .L9 = real[VARIABLE_GEOMETRY_L9],
-        .XC = real[VARIABLE_GEOMETRY_XC],
-        .YC = real[VARIABLE_GEOMETRY_YC],
-        .XG = real[VARIABLE_GEOMETRY_XG],
-        .YG = real[VARIABLE_GEOMETRY_YG],
-        .phi1 = real[VARIABLE_GEOMETRY_PHI1],
-        .phi4 = real[VARIABLE_GEOMETRY_PHI4],
-        .theta3 = real[VARIABLE_GEOMETRY_THETA3],
-        .theta8 = real[VARIABLE_GEOMETRY_THETA8],
-        .theta9 = real[VARIABLE_GEOMETRY_THETA9],
-    };
+    LinkageGeometry geometry = geometry_of(c->settings.real);
     linkage_prepare(&geometry, &c->linkage);
     c->linkage_is_ready = 1;
     c->pose.order = -1;
@@ -186,12 +180,15 @@ static void component_compute_torque(Component *c, const ComponentProgress *now)
     c->settings.real[VARIABLE_CRANK_TAU] = 0.0 - (force[0] * first.x + force[1] * first.y);
 }
 
+/* Whether the dyad ABD is the one nearer to its dead point. */
+static bool is_near_abd(const Component *c) {
+    return linkage_transmission(&c->linkage.abd, &c->pose.abd, 0)
+           <= linkage_transmission(&c->linkage.efg, &c->pose.efg, 0);
+}
+
 static double transmission(const Component *c, int order) {
-    const LinkagePose *pose = &c->pose;
-    bool is_abd = linkage_transmission(&c->linkage.abd, &pose->abd, 0)
-                  <= linkage_transmission(&c->linkage.efg, &pose->efg, 0);
-    return is_abd ? linkage_transmission(&c->linkage.abd, &pose->abd, order)
-                  : linkage_transmission(&c->linkage.efg, &pose->efg, order);
+    return is_near_abd(c) ? linkage_transmission(&c->linkage.abd, &c->pose.abd, order)
+                          : linkage_transmission(&c->linkage.efg, &c->pose.efg, order);
 }
 
 static void component_compute_margin(Component *c) {
@@ -319,49 +316,117 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
     return COMPONENT_OK;
 }
 
-ComponentStatus outputs_partial_derivative(Component *c, uint32_t unknown, uint32_t known,
-                                           double *value) {
-    CrankMotion crank = c->shown->crank.end;
-    TipOutput tip = tip_output(unknown);
-    *value = 0.0;
-    if (known == VARIABLE_MACHINE_S) {
-        *value = unknown == VARIABLE_MACHINE_S || unknown == VARIABLE_GROUND_X ? 1.0 : 0.0;
+/* Makes sure that the pose has all derivatives by phi that derivatives of these outputs need: one
+ * more than the outputs themselves. */
+static ComponentStatus solve_for_derivatives(Component *c, uint32_t evaluations) {
+    int order = order_for(evaluations) + 1;
+    if (!(evaluations & ~(uint32_t)EVALUATION_WITHOUT_POSE))
         return COMPONENT_OK;
-    }
-    if (known == VARIABLE_MACHINE_V) {
-        *value = unknown == VARIABLE_GROUND_VX || unknown == VARIABLE_DER_MACHINE_S ? 1.0 : 0.0;
-        return COMPONENT_OK;
-    }
-    if (unknown == VARIABLE_MACHINE_S || unknown == VARIABLE_DER_MACHINE_S)
-        return COMPONENT_OK;
-    int depth = tip.is_one ? tip.order + 1 : 2;
-    ComponentStatus status = outputs_solve(c, depth);
+    return outputs_solve(c, order < 2 && evaluations & EVALUATION_MARGIN ? 2 : order);
+}
+
+static Vector combine(double a, Vector u, double b, Vector v) {
+    return (Vector){a * u.x + b * v.x, a * u.y + b * v.y};
+}
+
+ComponentStatus outputs_vary(Component *c, uint32_t evaluations, bool by_geometry,
+                             const double known[], double change[]) {
+    ComponentStatus status = solve_for_derivatives(c, evaluations);
     if (status != COMPONENT_OK)
         return status;
+    const ComponentProgress *now = c->shown;
+    const Vector *tip = c->pose.tip;
+    CrankMotion crank = now->crank.end;
+    int order = order_for(evaluations);
+    double by_phi = known[VARIABLE_CRANK_PHI], by_w = known[VARIABLE_CRANK_W];
+    LinkageVariation varied = {.angle = 0.0};
+    if (by_geometry && evaluations & ~(uint32_t)EVALUATION_WITHOUT_POSE) {
+        LinkageGeometry geometry = geometry_of(known);
+        linkage_vary(&c->linkage, &c->pose, crank.phi, order, &geometry, &varied);
+    }
+    change[VARIABLE_MACHINE_S] = known[VARIABLE_MACHINE_S];
+    change[VARIABLE_DER_MACHINE_S] = known[VARIABLE_MACHINE_V];
+    if (evaluations & EVALUATION_POSITION) {
+        Vector r = combine(by_phi, tip[1], 1.0, varied.tip[0]);
+        change[VARIABLE_TIP_X] = r.x;
+        change[VARIABLE_GROUND_X] = r.x + known[VARIABLE_MACHINE_S];
+        change[VARIABLE_TIP_Y] = change[VARIABLE_GROUND_Y] = r.y;
+    }
+    if (order < 1 && !(evaluations & (EVALUATION_ANGLE | EVALUATION_MARGIN)))
+        return COMPONENT_OK;
+    Vector first = order >= 1 ? combine(by_phi, tip[2], 1.0, varied.tip[1]) : (Vector){0.0, 0.0};
+    if (evaluations & EVALUATION_VELOCITY) {
+        Vector v = combine(crank.w, first, by_w, tip[1]);
+        change[VARIABLE_TIP_VX] = v.x;
+        change[VARIABLE_GROUND_VX] = v.x + known[VARIABLE_MACHINE_V];
+        change[VARIABLE_TIP_VY] = change[VARIABLE_GROUND_VY] = v.y;
+    }
+    if (evaluations & EVALUATION_ACCELERATION) {
+        Vector second = combine(by_phi, tip[3], 1.0, varied.tip[2]);
+        Vector a = combine(crank.w * crank.w, second, crank.a, first);
+        Vector by_rates = combine(2.0 * crank.w * by_w, tip[2], known[VARIABLE_CRANK_A], tip[1]);
+        change[VARIABLE_TIP_AX] = change[VARIABLE_GROUND_AX] = a.x + by_rates.x;
+        change[VARIABLE_TIP_AY] = change[VARIABLE_GROUND_AY] = a.y + by_rates.y;
+    }
+    if (evaluations & EVALUATION_TORQUE)
+        change[VARIABLE_CRANK_TAU] =
+            0.0
+            - (now->force[0][0] * first.x + now->force[0][1] * first.y
+               + known[VARIABLE_TIP_FX] * tip[1].x + known[VARIABLE_TIP_FY] * tip[1].y);
+    if (evaluations & EVALUATION_ANGLE)
+        change[VARIABLE_TIP_ANGLE] = by_phi * c->pose.efg.first_rate[1] + varied.angle;
+    if (evaluations & EVALUATION_MARGIN)
+        change[VARIABLE_ASSEMBLY_MARGIN] =
+            by_phi * transmission(c, 1)
+            + (is_near_abd(c) ? varied.transmission_abd : varied.transmission_efg);
+    return COMPONENT_OK;
+}
 
-    double f[LINKAGE_MAX_ORDER + 1] = {0.0};
-    if (tip.is_one) {
-        coordinate(&c->pose, tip.is_x, known == VARIABLE_CRANK_PHI ? 1 : 0, f);
-        if (known == VARIABLE_CRANK_PHI) /* f is the derivative already */
-            *value = by_time(tip.order, f, crank);
-        else if (known == VARIABLE_CRANK_W)
-            *value = tip.order == 1 ? f[1] : tip.order == 2 ? 2.0 * f[2] * crank.w : 0.0;
-        else if (known == VARIABLE_CRANK_A)
-            *value = tip.order == 2 ? f[1] : 0.0;
-    } else if (unknown == VARIABLE_CRANK_TAU) {
-        const double *force = c->shown->force[0];
-        if (known == VARIABLE_CRANK_PHI)
-            *value = -(force[0] * c->pose.tip[2].x + force[1] * c->pose.tip[2].y);
-        else if (known == VARIABLE_TIP_FX)
-            *value = -c->pose.tip[1].x;
-        else if (known == VARIABLE_TIP_FY)
-            *value = -c->pose.tip[1].y;
-    } else if (unknown == VARIABLE_TIP_ANGLE) {
-        *value = known == VARIABLE_CRANK_PHI ? c->pose.efg.first_rate[1] : 0.0;
-    } else if (unknown == VARIABLE_ASSEMBLY_MARGIN) {
-        *value = known == VARIABLE_CRANK_PHI ? transmission(c, 1) : 0.0;
-    } else {
-        return refuse_derivative(c, unknown);
+ComponentStatus outputs_gradient(Component *c, uint32_t evaluations, bool by_geometry,
+                                 const double weight[], double gradient[]) {
+    ComponentStatus status = solve_for_derivatives(c, evaluations);
+    if (status != COMPONENT_OK)
+        return status;
+    const ComponentProgress *now = c->shown;
+    CrankMotion crank = now->crank.end;
+    int order = order_for(evaluations);
+    gradient[VARIABLE_MACHINE_S] = weight[VARIABLE_MACHINE_S] + weight[VARIABLE_GROUND_X];
+    gradient[VARIABLE_MACHINE_V] = weight[VARIABLE_DER_MACHINE_S] + weight[VARIABLE_GROUND_VX];
+    if (!(evaluations & ~(uint32_t)EVALUATION_WITHOUT_POSE))
+        return COMPONENT_OK;
+    /* weights of the values, then of what they are made of: tip and its derivatives by phi */
+    Vector r = {weight[VARIABLE_TIP_X] + weight[VARIABLE_GROUND_X],
+                weight[VARIABLE_TIP_Y] + weight[VARIABLE_GROUND_Y]};
+    Vector v = {weight[VARIABLE_TIP_VX] + weight[VARIABLE_GROUND_VX],
+                weight[VARIABLE_TIP_VY] + weight[VARIABLE_GROUND_VY]};
+    Vector a = {weight[VARIABLE_TIP_AX] + weight[VARIABLE_GROUND_AX],
+                weight[VARIABLE_TIP_AY] + weight[VARIABLE_GROUND_AY]};
+    Vector force = {now->force[0][0], now->force[0][1]};
+    double tau = weight[VARIABLE_CRANK_TAU], margin = weight[VARIABLE_ASSEMBLY_MARGIN];
+    Vector first = combine(crank.w, v, crank.a, a);
+    LinkageVariation weights = {
+        .tip = {r, combine(1.0, first, -tau, force), combine(crank.w * crank.w, a, 0.0, a)},
+        .angle = weight[VARIABLE_TIP_ANGLE],
+    };
+    double by_phi = weights.angle * c->pose.efg.first_rate[1];
+    if (evaluations & EVALUATION_MARGIN) {
+        by_phi += margin * transmission(c, 1);
+        *(is_near_abd(c) ? &weights.transmission_abd : &weights.transmission_efg) = margin;
+    }
+    const Vector *tip = c->pose.tip;
+    for (int n = 0; n <= order; ++n)
+        by_phi += weights.tip[n].x * tip[n + 1].x + weights.tip[n].y * tip[n + 1].y;
+    gradient[VARIABLE_CRANK_PHI] = by_phi;
+    gradient[VARIABLE_CRANK_W] = v.x * tip[1].x + v.y * tip[1].y;
+    if (order >= 2)
+        gradient[VARIABLE_CRANK_W] += 2.0 * crank.w * (a.x * tip[2].x + a.y * tip[2].y);
+    gradient[VARIABLE_CRANK_A] = a.x * tip[1].x + a.y * tip[1].y;
+    gradient[VARIABLE_TIP_FX] = -tau * tip[1].x;
+    gradient[VARIABLE_TIP_FY] = -tau * tip[1].y;
+    if (by_geometry) {
+        LinkageGeometry geometry;
+        linkage_gradient(&c->linkage, &c->pose, crank.phi, order, &weights, &geometry);
+        memcpy(&gradient[VARIABLE_GEOMETRY_L1], &geometry, sizeof geometry);
     }
     return COMPONENT_OK;
 }

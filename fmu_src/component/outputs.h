@@ -16,9 +16,16 @@ INTERNAL ComponentStatus outputs_evaluate(Component *component, uint32_t evaluat
 INTERNAL ComponentStatus outputs_time_derivative(Component *component, uint32_t reference,
                                                  int order, double *value);
 
-/* The partial derivative of an output by an input, all else as it is. */
-INTERNAL ComponentStatus outputs_partial_derivative(Component *component, uint32_t unknown,
-                                                    uint32_t known, double *value);
+/* The first-order change of the outputs of the EVALUATION_ bits under a change of the inputs, of
+ * machine.s and, by_geometry, of the geometry. known, change: by value reference. */
+INTERNAL ComponentStatus outputs_vary(Component *component, uint32_t evaluations, bool by_geometry,
+                                      const double known[], double change[]);
+
+/* The transpose: the gradient, by these, of the outputs of the EVALUATION_ bits times their
+ * weights, summed up. The weights of all other outputs are 0. */
+INTERNAL ComponentStatus outputs_gradient(Component *component, uint32_t evaluations,
+                                          bool by_geometry, const double weight[],
+                                          double gradient[]);
 
 /* The message that the pose at crank angle phi cannot be reached. */
 INTERNAL void outputs_explain_gap(Component *component, LinkageClosure closure, double phi,

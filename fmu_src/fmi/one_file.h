@@ -8,6 +8,8 @@
 
 #include "../linkage/linkage.c"
 
+#include "../linkage/sensitivity.c"
+
 #include "../component/message.c"
 
 #include "../component/interface.c"

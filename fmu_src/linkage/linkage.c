@@ -1,24 +1,13 @@
 #include "linkage.h"
 
 #include "direction.h"
+#include "plane.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
 static const double QUARTER_TURN = 1.57079632679489661923;
-
-/* ---- the plane ------------------------------------------------------------------------- */
-
-static inline Vector plus(Vector a, Vector b) { return (Vector){a.x + b.x, a.y + b.y}; }
-static inline Vector minus(Vector a, Vector b) { return (Vector){a.x - b.x, a.y - b.y}; }
-static inline Vector scaled(double s, Vector a) { return (Vector){s * a.x, s * a.y}; }
-static inline double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y; }
-
-/* a b, the product of complex numbers: a turned and stretched by b. */
-static inline Vector turned(Vector a, Vector b) {
-    return (Vector){a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
-}
 
 /* The n-th derivative of a e(-phi) is (-i)^n a e(-phi). */
 static inline Vector clockwise_derivative(int n, Vector a) {
@@ -153,18 +142,21 @@ static inline void solve_second_rate(int n, const LinkageSides *sides, Vector ba
 /* ---- the linkage ----------------------------------------------------------------------- */
 
 void linkage_prepare(const LinkageGeometry *g, Linkage *linkage) {
-    Vector crank_oa = scaled(g->L1, direction(g->phi1));
-    linkage->crank_cd = scaled(g->L4, direction(g->phi4));
-    linkage->base_ad = minus(linkage->crank_cd, crank_oa);
+    linkage->geometry = *g;
+    linkage->unit_oa = direction(g->phi1);
+    linkage->unit_cd = direction(g->phi4);
+    linkage->unit_de = direction(-g->theta3);
+    linkage->crank_cd = scaled(g->L4, linkage->unit_cd);
+    linkage->base_ad = minus(linkage->crank_cd, scaled(g->L1, linkage->unit_oa));
     linkage->pivot_c = (Vector){g->XC, g->YC};
     linkage->pivot_cg = (Vector){g->XG - g->XC, g->YG - g->YC};
-    linkage->arm = scaled(g->L5 / g->L3, direction(-g->theta3));
+    linkage->arm = scaled(g->L5 / g->L3, linkage->unit_de);
     /* e(theta8 + theta9) as a product: the sum of the angles would be rounded once more */
-    Vector axis_hi = direction(g->theta8);
-    Vector axis_ij = turned(axis_hi, direction(g->theta9));
-    Vector tool = plus(scaled(g->L8 / g->L6, axis_hi), scaled(g->L9 / g->L6, axis_ij));
+    linkage->unit_hi = direction(g->theta8);
+    linkage->unit_ij = turned(linkage->unit_hi, direction(g->theta9));
+    Vector tool =
+        plus(scaled(g->L8 / g->L6, linkage->unit_hi), scaled(g->L9 / g->L6, linkage->unit_ij));
     linkage->nozzle = (Vector){0.5 - tool.x, -tool.y};
-    linkage->nozzle_axis = (Vector){-axis_ij.x, -axis_ij.y};
     prepare_sides(g->L2, g->L3, &linkage->abd);
     prepare_sides(g->L6, g->L7, &linkage->efg);
 }
@@ -237,9 +229,9 @@ void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order)
 }
 
 double linkage_nozzle_angle(const Linkage *linkage, const LinkagePose *pose) {
-    Vector axis = turned(linkage->nozzle_axis, pose->efg.first);
-    /* i axis is forward where axis points straight down */
-    return atan2(axis.x, -axis.y) - QUARTER_TURN;
+    Vector upward = turned(linkage->unit_ij, pose->efg.first);
+    /* i times I->J is forward where the nozzle points straight down */
+    return atan2(-upward.x, upward.y) - QUARTER_TURN;
 }
 
 double linkage_transmission(const LinkageSides *sides, const LinkageDyad *dyad, int order) {

@@ -60,8 +60,10 @@ typedef struct {
     Vector pivot_cg;   /* G - C */
     Vector arm;        /* (L5/L3) e(-theta3): E - D = arm (B - D) */
     Vector nozzle;     /* 1/2 - (L8 e(theta8) + L9 e(theta8+theta9))/L6: J - E = nozzle (F - E) */
-    Vector nozzle_axis; /* -e(theta8+theta9): direction of I->J over that of E->F */
     LinkageSides abd, efg;
+    LinkageGeometry geometry;
+    /* directions: of OA and CD at phi = 0; of DE over that of DB; of I->H and J->I over E->F's */
+    Vector unit_oa, unit_cd, unit_de, unit_hi, unit_ij;
 } Linkage;
 
 /* A dyad in one pose: two links from the ends of a base to their common joint.

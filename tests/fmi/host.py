@@ -85,6 +85,10 @@ class Fmu:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
         )
 
+    def instance(self, name: str = "linkage", **options) -> Instance:
+        """A new instance, with the arguments of Instance."""
+        return Instance(self, name, **options)
+
 
 class Message(NamedTuple):
     """What the logger callback was given."""
@@ -98,6 +102,8 @@ class Message(NamedTuple):
 class Instance:
     """One instance of the FMU."""
 
+    has_input_derivatives = True  # FMI 3.0 has none
+
     def __init__(
         self,
         fmu: Fmu,
@@ -106,6 +112,7 @@ class Instance:
         logging: bool = False,
         guid: str | None = None,
         fmu_type: int = fmi2.fmi2CoSimulation,
+        model_exchange: bool = False,
         with_logger: bool = True,
         allocate: Callable[[int, int], int | None] | None = fmpy.calloc,
         free: Callable[[int], None] | None = fmpy.free,
@@ -117,7 +124,7 @@ class Instance:
         self._environment, self.callbacks = self._make_callbacks(with_logger, allocate, free)
         self.component = self.slave.dll.fmi2Instantiate(
             name.encode(),
-            fmu_type,
+            fmi2.fmi2ModelExchange if model_exchange else fmu_type,
             (fmu.description.guid if guid is None else guid).encode(),
             (fmu.folder / "resources").as_uri().encode(),
             byref(self.callbacks),

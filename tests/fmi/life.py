@@ -58,7 +58,7 @@ def tell(instance: Instance, first: int, last: int) -> list[str]:
     for i in range(first, last):
         step = STEP * (1 + i % 3)
         instance.set({"crank.phi": 0.05 * i + 1e-3 * i * i, "machine.v": 0.4 + 0.01 * i, "tip.fy": -3.0 * i})
-        if i % 7 == 3:
+        if i % 7 == 3 and instance.has_input_derivatives:
             instance.set_derivatives({("crank.phi", 1): 5.0, ("machine.v", 2): 0.3, ("tip.fx", 1): 9.0})
         if i > 20:
             instance.set({"crank.w": 5 + 0.1 * i})

@@ -1,6 +1,6 @@
 """Goes on from a serialized state in a process of its own.
 
-python -m tests.fmi.replay FMU-FOLDER CALLBACKS STATE FIRST LAST
+python -m tests.fmi.replay FMU-FOLDER CALLBACKS STATE FIRST LAST VERSION
 """
 
 from __future__ import annotations
@@ -8,13 +8,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tests.fmi.host import Fmu, Instance
+from tests.fmi.host import Fmu
+from tests.fmi.host3 import Fmu3
 from tests.fmi.life import tell
 
 
-def main(folder: str, callbacks: str, state: str, first: str, last: str) -> None:
-    fmu = Fmu(Path(folder), Path(folder), Path(callbacks))
-    with Instance(fmu, "in another process") as instance:
+def main(folder: str, callbacks: str, state: str, first: str, last: str, version: str) -> None:
+    fmu = {"2": Fmu, "3": Fmu3}[version](Path(folder), Path(folder), Path(callbacks))
+    with fmu.instance("in another process") as instance:
         instance.deserialize(Path(state).read_bytes())
         print("\n".join(tell(instance, int(first), int(last))))
         Path(state).write_bytes(instance.serialize())

@@ -11,6 +11,7 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.twin.linkage import Geometry, solve
+from tests.conftest import BOTH_VERSIONS
 from tests.fmi.host import DISCARD, PLANTING_SPEED, Instance
 from tests.oracle.oracle import Oracle, conditioning, error
 from tests.oracle.tables import Row, rows
@@ -43,6 +44,7 @@ def check_nominal(row: Row, found: list[float]) -> None:
 # ---- the nominal geometry at the published speed -------------------------------------------------
 
 
+@BOTH_VERSIONS
 def test_nominal_geometry_read_in_initialization_mode(new):
     """Outputs follow the inputs as set (FMI 2.0.4, section 4.2.4: initialization mode)."""
     instance = new().setup().enter()
@@ -51,6 +53,7 @@ def test_nominal_geometry_read_in_initialization_mode(new):
         check_nominal(row, instance.get(*TIP))
 
 
+@BOTH_VERSIONS
 def test_nominal_geometry_read_after_a_step(new):
     """With crank.at_step_end the outputs after a step belong to the inputs of that step."""
     instance = new().initialize({"crank.at_step_end": True, "crank.w": PLANTING_SPEED})

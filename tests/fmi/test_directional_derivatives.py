@@ -8,9 +8,12 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
+from tests.conftest import BOTH_VERSIONS
 from tests.fmi.host import ERROR, PLANTING_SPEED, bits
 from tests.oracle.oracle import error
 from tests.oracle.tables import rows
+
+pytestmark = BOTH_VERSIONS
 
 INPUTS = [variable.name for variable in load_interface().of_kind("input")]
 OUTPUTS = [variable.name for variable in load_interface().of_kind("output")]

@@ -5,8 +5,11 @@ from __future__ import annotations
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
+from tests.conftest import BOTH_VERSIONS
 from tests.fmi.host import Instance
 from tests.fmi.life import END, begin, tell
+
+pytestmark = BOTH_VERSIONS
 
 
 def scaled(instance: Instance, number: int) -> Instance:
@@ -32,7 +35,7 @@ def test_in_threads(fmu):
 
     def run(number: int, wait: bool) -> list[str]:
         told = []
-        with Instance(fmu, f"number {number}") as instance:
+        with fmu.instance(f"number {number}") as instance:
             if wait:
                 together.wait()
             for _ in range(repeats):

@@ -6,6 +6,7 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
+from tests.conftest import BOTH_VERSIONS
 from tests.fmi.drive import angle_and_speed, angle_only, angle_speed_acceleration, two_derivatives, uneven
 from tests.fmi.host import ERROR, Instance
 from tests.oracle.oracle import Oracle
@@ -118,6 +119,7 @@ def test_against_steps_a_little_shorter_and_longer(new, giving):
             assert found[i] == pytest.approx(difference, rel=1e-7, abs=1e-7), f"{name}, order {order}"
 
 
+@BOTH_VERSIONS
 def test_before_the_first_step_they_are_those_of_the_inputs(new):
     instance = new().initialize({"crank.phi": 1.0, "crank.w": 3.0, "crank.a": 7.0, "machine.v": 0.5})
     first = instance.get_derivatives(("tip.x", 1), ("tip.vx", 1), ("machine.s", 1), ("ground.x", 1))
@@ -125,6 +127,7 @@ def test_before_the_first_step_they_are_those_of_the_inputs(new):
     assert first == [tip_vx, tip_ax, 0.5, ground_vx]
 
 
+@BOTH_VERSIONS
 def test_outputs_that_are_derivatives_of_others(new):
     """tip.x has tip.vx as its derivative, to the last bit, and so on."""
     instance = new().initialize()
@@ -140,6 +143,7 @@ def test_outputs_that_are_derivatives_of_others(new):
 # ---- what does not exist -------------------------------------------------------------------------
 
 
+@BOTH_VERSIONS
 @pytest.mark.parametrize("order", [0, 3, -1, 2**31 - 1, -(2**31)])
 def test_other_orders(new, order):
     instance = new().initialize()
@@ -148,6 +152,7 @@ def test_other_orders(new, order):
     assert "tip.y" in instance.last_message.text and str(order)[:5] in instance.last_message.text
 
 
+@BOTH_VERSIONS
 @pytest.mark.parametrize("name", ["crank.phi", "geometry.L1", "time", "crank.at_step_end", 0, COUNT + 1, 2**32 - 1])
 def test_other_variables(new, name):
     instance = new().initialize()
