@@ -17,58 +17,76 @@ typedef struct {
 
 static const double FACTORIAL[TERMS] = {1.0, 1.0, 2.0};
 
+/* Each term only where it is wanted, without loops: for so few the counting would cost more. */
+
 static inline Series series_dot(int order, const VectorSeries *a, const VectorSeries *b) {
-    Series sum = {{0.0}};
-    for (int n = 0; n <= order; ++n)
-        for (int k = 0; k <= n; ++k)
-            sum.at[n] += dot(a->at[k], b->at[n - k]);
+    Series sum = {{dot(a->at[0], b->at[0]), 0.0, 0.0}};
+    if (order >= 1)
+        sum.at[1] = dot(a->at[0], b->at[1]) + dot(a->at[1], b->at[0]);
+    if (order >= 2)
+        sum.at[2] = dot(a->at[0], b->at[2]) + dot(a->at[1], b->at[1]) + dot(a->at[2], b->at[0]);
     return sum;
 }
 
 /* The last coefficient of the dot product: where one factor is reversed, the sum over all terms of
  * the other one, each with its weight. */
 static inline double total(int order, const VectorSeries *a, const VectorSeries *b) {
-    double sum = 0.0;
-    for (int k = 0; k <= order; ++k)
-        sum += dot(a->at[k], b->at[order - k]);
+    double sum = dot(a->at[0], b->at[order]);
+    if (order >= 1)
+        sum += dot(a->at[1], b->at[order - 1]);
+    if (order >= 2)
+        sum += dot(a->at[2], b->at[0]);
     return sum;
 }
 
 /* into += factor a */
 static inline void add(int order, VectorSeries *into, double factor, const VectorSeries *a) {
-    for (int n = 0; n <= order; ++n)
-        into->at[n] = plus(into->at[n], scaled(factor, a->at[n]));
+    into->at[0] = plus(into->at[0], scaled(factor, a->at[0]));
+    if (order >= 1)
+        into->at[1] = plus(into->at[1], scaled(factor, a->at[1]));
+    if (order >= 2)
+        into->at[2] = plus(into->at[2], scaled(factor, a->at[2]));
 }
 
 /* into += factor a */
 static inline void add_product(int order, VectorSeries *into, const Series *factor,
                                const VectorSeries *a) {
-    for (int n = 0; n <= order; ++n)
-        for (int k = 0; k <= n; ++k)
-            into->at[n] = plus(into->at[n], scaled(factor->at[k], a->at[n - k]));
+    add(order, into, factor->at[0], a);
+    if (order >= 1)
+        into->at[1] = plus(into->at[1], scaled(factor->at[1], a->at[0]));
+    if (order >= 2)
+        into->at[2] = plus(into->at[2],
+                           plus(scaled(factor->at[1], a->at[1]), scaled(factor->at[2], a->at[0])));
 }
 
 static inline Series product(int order, const Series *a, const Series *b) {
-    Series result = {{0.0}};
-    for (int n = 0; n <= order; ++n)
-        for (int k = 0; k <= n; ++k)
-            result.at[n] += a->at[k] * b->at[n - k];
+    Series result = {{a->at[0] * b->at[0], 0.0, 0.0}};
+    if (order >= 1)
+        result.at[1] = a->at[0] * b->at[1] + a->at[1] * b->at[0];
+    if (order >= 2)
+        result.at[2] = a->at[0] * b->at[2] + a->at[1] * b->at[1] + a->at[2] * b->at[0];
     return result;
 }
 
 /* A vector on a link whose angle has the derivatives rate[1], rate[2]. */
-static inline VectorSeries turning(const double *rate, Vector z) {
-    VectorSeries series = {{z, {-rate[1] * z.y, rate[1] * z.x}}};
-    Vector second = {-0.5 * rate[1] * rate[1], 0.5 * rate[2]};
-    series.at[2] = turned(second, z);
+static inline VectorSeries turning(int order, const double *rate, Vector z) {
+    VectorSeries series = {{z, {0.0, 0.0}, {0.0, 0.0}}};
+    if (order >= 1)
+        series.at[1] = (Vector){-rate[1] * z.y, rate[1] * z.x};
+    if (order >= 2) {
+        Vector second = {-0.5 * rate[1] * rate[1], 0.5 * rate[2]};
+        series.at[2] = turned(second, z);
+    }
     return series;
 }
 
 /* A quarter turn to the left: what a unit change of its angle does to each vector. */
 static inline VectorSeries left(int order, const VectorSeries *a) {
-    VectorSeries series = {{{0.0, 0.0}}};
-    for (int n = 0; n <= order; ++n)
-        series.at[n] = (Vector){-a->at[n].y, a->at[n].x};
+    VectorSeries series = {{{-a->at[0].y, a->at[0].x}, {0.0, 0.0}, {0.0, 0.0}}};
+    if (order >= 1)
+        series.at[1] = (Vector){-a->at[1].y, a->at[1].x};
+    if (order >= 2)
+        series.at[2] = (Vector){-a->at[2].y, a->at[2].x};
     return series;
 }
 
@@ -84,8 +102,8 @@ typedef struct {
 static Dyad dyad_series(int order, const LinkageDyad *dyad, const LinkageSides *sides,
                         double first_length, double second_length) {
     Dyad series = {
-        .first = turning(dyad->first_rate, dyad->first),
-        .second = turning(dyad->second_rate, dyad->second),
+        .first = turning(order, dyad->first_rate, dyad->first),
+        .second = turning(order, dyad->second_rate, dyad->second),
         .per_first = 1.0 / first_length,
         .per_second = 1.0 / second_length,
         .cosine = dot(dyad->first, dyad->second) * sides->reciprocal_product,
@@ -93,14 +111,12 @@ static Dyad dyad_series(int order, const LinkageDyad *dyad, const LinkageSides *
     /* first x second = (i first) . second; its reciprocal term by term */
     VectorSeries across = left(order, &series.first);
     Series determinant = series_dot(order, &across, &series.second);
-    determinant.at[0] = dyad->determinant;
     series.per_determinant.at[0] = dyad->reciprocal_determinant;
-    for (int n = 1; n <= order; ++n) {
-        double rest = 0.0;
-        for (int k = 1; k <= n; ++k)
-            rest += determinant.at[k] * series.per_determinant.at[n - k];
-        series.per_determinant.at[n] = -rest * dyad->reciprocal_determinant;
-    }
+    double *per = series.per_determinant.at;
+    if (order >= 1)
+        per[1] = -determinant.at[1] * per[0] * per[0];
+    if (order >= 2)
+        per[2] = -(determinant.at[1] * per[1] + determinant.at[2] * per[0]) * per[0];
     return series;
 }
 
@@ -148,15 +164,16 @@ static void take_apart(const Linkage *linkage, const LinkagePose *pose, double p
     Vector along = direction(phi), clockwise = {along.x, -along.y};
     parts->abd = dyad_series(order, &pose->abd, &linkage->abd, g->L2, g->L3);
     parts->efg = dyad_series(order, &pose->efg, &linkage->efg, g->L6, g->L7);
-    parts->oa = turning(clockwise_rate, turned(linkage->unit_oa, clockwise));
-    parts->cd = turning(clockwise_rate, turned(linkage->unit_cd, clockwise));
+    parts->oa = turning(order, clockwise_rate, turned(linkage->unit_oa, clockwise));
+    parts->cd = turning(order, clockwise_rate, turned(linkage->unit_cd, clockwise));
     Vector db = scaled(parts->abd.per_second, pose->abd.second);
     Vector ef = scaled(parts->efg.per_first, pose->efg.first);
-    parts->de = turning(arm_rate, turned(linkage->unit_de, db));
-    parts->ef = turning(nozzle_rate, ef);
-    parts->hi = turning(nozzle_rate, turned(linkage->unit_hi, ef));
-    parts->ij = turning(nozzle_rate, turned(linkage->unit_ij, ef));
-    VectorSeries arm = turning(arm_rate, pose->arm), tool = turning(nozzle_rate, pose->nozzle);
+    parts->de = turning(order, arm_rate, turned(linkage->unit_de, db));
+    parts->ef = turning(order, nozzle_rate, ef);
+    parts->hi = turning(order, nozzle_rate, turned(linkage->unit_hi, ef));
+    parts->ij = turning(order, nozzle_rate, turned(linkage->unit_ij, ef));
+    VectorSeries arm = turning(order, arm_rate, pose->arm),
+                 tool = turning(order, nozzle_rate, pose->nozzle);
     parts->oa_left = left(order, &parts->oa);
     parts->cd_left = left(order, &parts->cd);
     parts->arm_left = left(order, &arm);

@@ -18,6 +18,7 @@ typedef struct {
     fmi2DoStepTYPE *do_step;
     fmi2ResetTYPE *reset;
     fmi2FreeInstanceTYPE *release;
+    void *library; /* for what few hosts need */
 } Fmu;
 
 static void demand(int holds, const char *what) {
@@ -36,7 +37,7 @@ static void load_function(void *library, const char *name, void *function) {
 
 static Fmu load_fmu(const char *path) {
     Fmu fmu;
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *library = fmu.library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     demand(library != NULL, "the library does not load");
     load_function(library, "fmi2Instantiate", &fmu.instantiate);
     load_function(library, "fmi2SetupExperiment", &fmu.setup);

@@ -40,41 +40,51 @@ MEANING = {
     "step_phi_w_a_get_4": "step: three in; position, velocity out",
     "step_phi_w_a_get_2": "step: three in; position out",
     "step_phi_w_a_get_0": "step: three in; nothing read",
+    "step_fmi3": "FMI 3.0 step: three in; position, velocity, acceleration out",
+    "model_exchange": "Model Exchange: time and three in; the same out",
+    "initializing": "initialization mode: three in; the same out",
+    "initializing_directional": "the same, and its derivative along all parameters",
+    "initializing_adjoint": "the same, and its gradient by all parameters",
 }
 
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="step_cost", description=__doc__.splitlines()[0])
     parser.add_argument("--fmu", type=Path, default=Path("build/fmi2/TransplanterLinkage.fmu"))
+    parser.add_argument("--fmi3", type=Path, default=Path("build/fmi3/TransplanterLinkage.fmu"))
     parser.add_argument("--twin", type=Path, default=Path("build/twin/TransplanterLinkageTwin.fmu"))
     parser.add_argument("--output", type=Path, default=Path("build/reports/step_cost"))
     parser.add_argument("--rounds", type=int, default=1001)
     chosen = parser.parse_args(arguments)
-    for fmu in (chosen.fmu, chosen.twin):
+    for fmu in (chosen.fmu, chosen.fmi3, chosen.twin):
         if not fmu.exists():
             print(f"step_cost: {fmu} is missing: `make build` makes it", file=sys.stderr)
             return 1
-    rounds = measure(chosen.fmu, chosen.rounds)
+    rounds = measure(chosen.fmu, chosen.fmi3, chosen.rounds)
     rows = summarize(rounds)
-    through_fmpy = measure_fmpy([chosen.fmu, chosen.twin])
+    versions = statistics.median(r["step_fmi3"] / r["step_phi_w_a_get_6"] for r in rounds)
+    remark = f"FMI 3.0 step / FMI 2.0 step: {versions:.2f}. {measure_fmpy([chosen.fmu, chosen.twin])}"
     heading = f"{processor()}, {platform.system()}, {chosen.rounds} rounds of 2000"
     show(rows, heading)
-    print(through_fmpy)
-    write(rows, rounds, heading, through_fmpy, chosen.output)
+    print(remark)
+    write(rows, rounds, heading, remark, chosen.output)
     print(f"written to {chosen.output}/")
     return 0
 
 
-def measure(fmu: Path, rounds: int) -> list[dict[str, float]]:
+def measure(fmu: Path, fmi3: Path, rounds: int) -> list[dict[str, float]]:
     """Nanoseconds of each measurement, one dictionary a round."""
     target = compiler.host_platform()
     model = load_interface().model.name
     with tempfile.TemporaryDirectory() as folder:
-        library = zipfile.ZipFile(fmu).extract(f"binaries/{target.folder}/{model}{target.suffix}", folder)
+        libraries = [
+            zipfile.ZipFile(file).extract(f"binaries/{name}/{model}{target.suffix}", folder)
+            for file, name in ((fmu, target.folder), (fmi3, target.other_folder))
+        ]
         host = Path(folder) / "step_cost"
         sources = (HOST_SOURCE, *compiler.LINKAGE_SOURCES, compiler.SOURCE_ROOT / "component" / "interface.c")
         compiler.compile_program(sources, host, target, "-ldl", "-Wno-conversion")
-        command = [str(host), library, load_interface().token, str(rounds)]
+        command = [str(host), *libraries, load_interface().token, str(rounds)]
         output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(io.StringIO(output))]
 
