@@ -1,0 +1,1 @@
+"""Partners of the linkage in a field row, as PythonFMU slaves: drivetrain, conveyor, soil."""

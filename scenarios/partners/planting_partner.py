@@ -1,0 +1,110 @@
+"""What the partners have in common: variables declared in a table, with units, and whole states.
+
+PythonFMU alone knows no units, and of a state only what its variables show. A partner keeps all
+that it remembers in two dictionaries of plain values, so that a state is a copy of both.
+"""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+from collections.abc import Sequence
+from typing import NamedTuple
+from xml.etree.ElementTree import Element, SubElement
+
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real
+
+BASE_UNITS = {  # unit: exponents of the SI base units (FMI 2.0.4, section 2.2.2)
+    "m": {"m": 1}, "s": {"s": 1}, "rad": {"rad": 1}, "1": {}, "Hz": {"s": -1}, "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2}, "rad/s": {"rad": 1, "s": -1}, "rad/s2": {"rad": 1, "s": -2}, "m2": {"m": 2},
+    "N": {"kg": 1, "m": 1, "s": -2}, "N.m": {"kg": 1, "m": 2, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2}, "N/m3": {"kg": 1, "m": -2, "s": -2}, "kg.m2": {"kg": 1, "m": 2},
+    "N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1}, "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
+    "N/m(n+1)": None, "N/m(n+2)": None,  # Bekker's moduli: the dimension depends on the exponent n
+}
+
+
+class Variable(NamedTuple):
+    """A line of a partner's table. ``kind``: input, output, parameter, or tunable (a parameter
+    that may change while the row is planted). The type is that of ``start``.
+    """
+
+    name: str
+    kind: str
+    start: float | int | bool
+    unit: str
+    text: str
+
+
+class _Real(Real):
+    def __init__(self, name: str, unit: str, **options) -> None:
+        super().__init__(name, **options)
+        self.unit = unit
+
+    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None) -> None:
+        self.memory["time"] = start_time
+
+    def exit_initialization_mode(self) -> None:
+        for name in self.positive:
+            if not self.value[name] > 0:
+                raise ValueError(f"{name} is {self.value[name]:g}: it must be positive")
+
+    def to_xml(self) -> Element:
+        element = super().to_xml()
+        element[0].set("unit", self.unit)
+        return element
+
+
+class Partner(Fmi2Slave):
+    """``value`` holds the variables by name, ``memory`` whatever else is remembered."""
+
+    variables: Sequence[Variable] = ()
+    positive: Sequence[str] = ()  # parameters that must be
+
+    def __init__(self, **options) -> None:
+        super().__init__(**options)
+        self.value = {v.name: v.start for v in self.variables}
+        self.memory: dict = {}
+        self.guid = hashlib.sha256(repr((self.modelName, self.variables)).encode()).hexdigest()[:32]
+        for variable in self.variables:
+            self._register(variable)
+
+    def _register(self, variable: Variable) -> None:
+        name, kind, start, unit, text = variable
+        kinds = {bool: Boolean, int: Integer}
+        more = {} if type(start) in kinds else {"unit": unit}
+        is_parameter = kind in ("parameter", "tunable")
+        variability = {"parameter": "fixed", "tunable": "tunable"}.get(kind, "discrete" if not more else "continuous")
+        self.register_variable(kinds.get(type(start), _Real)(
+            name, causality=Fmi2Causality["parameter" if is_parameter else kind],
+            variability=Fmi2Variability[variability], initial=Fmi2Initial.exact if is_parameter else None,
+            description=text, getter=lambda: self.value[name],
+            setter=None if kind == "output" else lambda value: self.value.__setitem__(name, value), **more), nested=False)
+
+    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None) -> None:
+        self.memory["time"] = start_time
+
+    def exit_initialization_mode(self) -> None:
+        for name in self.positive:
+            if not self.value[name] > 0:
+                raise ValueError(f"{name} is {self.value[name]:g}: it must be positive")
+
+    def to_xml(self, model_options: dict | None = None) -> Element:
+        root = super().to_xml(model_options or {})
+        units = Element("UnitDefinitions")
+        for unit in sorted({v.unit for v in self.variables if type(v.start) is float}):
+            element = SubElement(units, "Unit", name=unit)
+            if BASE_UNITS[unit] is not None:
+                SubElement(element, "BaseUnit", {base: str(power) for base, power in BASE_UNITS[unit].items()})
+        root.insert(1, units)
+        outputs = root.find("ModelStructure/Outputs")
+        unknown_at_start = SubElement(root.find("ModelStructure"), "InitialUnknowns")
+        for unknown in outputs:
+            SubElement(unknown_at_start, "Unknown", unknown.attrib)
+        return root
+
+    def _get_fmu_state(self) -> dict:
+        return {"value": dict(self.value), "memory": copy.deepcopy(self.memory)}
+
+    def _set_fmu_state(self, state: dict) -> None:
+        self.value, self.memory = dict(state["value"]), copy.deepcopy(state["memory"])
