@@ -37,13 +37,15 @@ class Port:
 class Component:
     """An FMU in its place. ``names``: the FMU's own names of variables that are called otherwise here.
 
-    ``at_step_end`` is its Boolean parameter for masters that hand over the inputs of a step's end.
+    ``at_step_end`` is its Boolean parameter for masters that hand over the inputs of a step's end,
+    ``slopes`` are the inputs of which it may be given the first time derivative.
     """
 
     name: str
     fmu: Path
     names: dict[str, str] = field(default_factory=dict)
     at_step_end: str | None = None
+    slopes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,8 +80,10 @@ def load_system(path: Path = ROW) -> System:
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         components = tuple(
-            Component(name, (path.parent / c.pop("fmu")).resolve(), dict(c.pop("names", {})), c.pop("at_step_end", None))
-            for name, c in content.pop("components").items() if _nothing_else(name, c, {"fmu", "names", "at_step_end"}))
+            Component(name, (path.parent / c["fmu"]).resolve(), dict(c.get("names", {})), c.get("at_step_end"),
+                      tuple(c.get("slopes", ())))
+            for name, c in content.pop("components").items()
+            if _nothing_else(name, c, {"fmu", "names", "at_step_end", "slopes"}))
         system = System(components, {}, {}, dict(content.pop("step_control", {})))
         connections = {system.port(i): system.port(o) for i, o in content.pop("connections").items()}
         parameters = {system.port(name): value for name, value in content.pop("parameters", {}).items()}

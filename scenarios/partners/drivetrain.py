@@ -7,8 +7,9 @@
     crank   J·a     = tau − crank.tau                                Newton and Euler [2, section 2]
     power   pull·v  = tau·w_drive − tip.fx·v         the tractor pays for the wheel and for the soil's drag
 
-where crank.tau and tip.fx are held during a step: of first order in it. The equations are solved
-by Runge and Kutta's method of order 4 in substeps of at most 0.5 ms.
+In a step crank.tau and tip.fx go on as the straight line through their last two samples: of order 2
+in the step where their samples belong to its begin. The equations are solved by Runge and Kutta's method of
+order 4 in substeps of at most 0.5 ms.
 
 [1] Flash and Hogan 1985, J. Neuroscience 5(7): minimum-jerk motion.
 [2] Rao, Mechanical Vibrations: torsional systems. k = G·π·d⁴/(32·l): a steel shaft of 20 mm by 0.6 m.
@@ -35,6 +36,7 @@ class Drivetrain(Partner):
         Variable("crank.w", "output", 0.0, "rad/s", "Angular velocity of the crank"),
         Variable("crank.a", "output", 0.0, "rad/s2", "Angular acceleration of the crank"),
         Variable("machine.v", "output", 0.0, "m/s", "Forward speed of the machine over ground"),
+        Variable("machine.s", "output", 0.0, "m", "Way of the machine since the start"),
         Variable("machine.pull", "output", 0.0, "N", "Pull of the tractor on this row: ground wheel and soil"),
         Variable("shaft.tau", "output", 0.0, "N.m", "Torque in the shaft"),
         Variable("energy.tractor", "output", 0.0, "J", "Work of the pull since the start"),
@@ -60,10 +62,12 @@ class Drivetrain(Partner):
     def exit_initialization_mode(self) -> None:
         super().exit_initialization_mode()
         self._start()  # with the parameters as they are now
+        self.memory |= {"loads": None, "slopes": (0.0, 0.0)}
 
     def _start(self) -> None:
         phi = self.value["crank.start"]
-        self._show(self.memory.setdefault("time", 0.0), [phi, phi, 0.0, 0.0, 0.0, 0.0])
+        self.memory.setdefault("time", 0.0)
+        self._show([phi, phi, 0.0, 0.0, 0.0, 0.0, 0.0])
 
     def speed(self, time: float) -> float:
         p = self.value
@@ -71,33 +75,43 @@ class Drivetrain(Partner):
                  - _smooth_step((time - p["speed.headland"]) / p["speed.ramp"]))
         return p["speed.cruise"] * share * (1 + p["disturbance.share"] * math.sin(math.tau * p["disturbance.f"] * time))
 
+    def _loads(self, time: float) -> tuple[float, float]:
+        """crank.tau and tip.fx after the begin of the present step."""
+        p, m = self.value, self.memory
+        since, (tau, fx) = time - m["time"], m.get("slopes", (0.0, 0.0))
+        return p["crank.tau"] + tau * since, p["tip.fx"] + fx * since
+
     def _rates(self, time: float, y: list[float]) -> list[float]:
-        """Derivatives of phi_drive, phi, w and the work of pull, crank and shaft damping."""
+        """Derivatives of phi_drive, phi, w, the way, and the work of pull, crank and shaft damping."""
         p, (drive, phi, w, *_) = self.value, y
         v = self.speed(time)
         w_drive = math.tau * v / p["plant.spacing"]
         slip = w_drive - w
         tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * slip
-        load = p["crank.tau"]
-        return [w_drive, w, (tau - load) / p["crank.J"],
-                tau * w_drive - p["tip.fx"] * v, load * w, p["shaft.c"] * slip * slip]
+        load, fx = self._loads(time)
+        return [w_drive, w, (tau - load) / p["crank.J"], v,
+                tau * w_drive - fx * v, load * w, p["shaft.c"] * slip * slip]
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        count = math.ceil(step_size / SUBSTEP - 1e-9)
-        y = self.memory["y"]
+        m, loads = self.memory, (self.value["crank.tau"], self.value["tip.fx"])
+        if m["loads"] and current_time > m["sampled"]:
+            m["slopes"] = tuple((now - was) / (current_time - m["sampled"]) for now, was in zip(loads, m["loads"]))
+        m |= {"time": current_time, "sampled": current_time, "loads": loads}
+        count, y = math.ceil(step_size / SUBSTEP - 1e-9), m["y"]
         for i in range(count):
             y = _runge_kutta(self._rates, current_time + i * step_size / count, y, step_size / count)
-        self._show(current_time + step_size, y)
+        self._show(y, step_size)
         return True
 
-    def _show(self, time: float, y: list[float]) -> None:
-        """Keep the state; outputs belong to the step's end."""
-        self.memory |= {"time": time, "y": y}
-        p, (drive, phi, w, pulled, given, lost) = self.value, y
+    def _show(self, y: list[float], ahead: float = 0.0) -> None:
+        """Keep the state, which is ``ahead`` of the step's begin, and give its outputs."""
+        self.memory["y"] = y
+        time = self.memory["time"] + ahead
+        p, (drive, phi, w, way, pulled, given, lost) = self.value, y
         v, (w_drive, _, a, *_) = self.speed(time), self._rates(time, y)
         tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * (w_drive - w)
-        p |= {"crank.phi": phi, "crank.w": w, "crank.a": a, "machine.v": v, "shaft.tau": tau,
-              "machine.pull": tau * math.tau / p["plant.spacing"] - p["tip.fx"],
+        p |= {"crank.phi": phi, "crank.w": w, "crank.a": a, "machine.v": v, "machine.s": way, "shaft.tau": tau,
+              "machine.pull": tau * math.tau / p["plant.spacing"] - self._loads(time)[1],
               "energy.tractor": pulled, "energy.crank": given, "energy.shaft": lost,
               "energy.stored": (p["shaft.k"] * (drive - phi) ** 2 + p["crank.J"] * w * w) / 2}
 
