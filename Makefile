@@ -5,12 +5,15 @@ VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build bench soak figure lock clean
+.PHONY: help run cycle test build bench soak figure lock clean
 
 help:   ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
-run: build   ## build the FMUs and run the published planting cycle
+run: cycle   ## build the FMUs, run the published planting cycle and plant a field row
+	$(BIN)/python -m scenarios.field_row
+
+cycle: build   ## build the FMUs and run the published planting cycle alone
 	$(BIN)/python -m scenarios.paper_cycle
 
 test: build   ## build the FMUs and run every test
@@ -18,6 +21,7 @@ test: build   ## build the FMUs and run every test
 
 build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
+	$(BIN)/python -m scenarios.partners.build
 
 bench: build   ## measure what a step costs, and speed against error
 	$(BIN)/python -m tests.hosts.step_cost

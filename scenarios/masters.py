@@ -35,14 +35,16 @@ WARNING = 1           # FMI status
 
 
 class Slave:
-    """One FMU in its place: loaded, and addressed by the names of the system."""
+    """One FMU in its place: loaded, and addressed by the names of the system.
 
-    def __init__(self, component: Component) -> None:
-        self.name, self.component = component.name, component
+    ``messages`` is shared: fmpy hands the messages of all FMUs to the logger that was given last.
+    """
+
+    def __init__(self, component: Component, messages: deque[str]) -> None:
+        self.name, self.component, self._messages = component.name, component, messages
         if not component.fmu.is_file():
             raise SystemFault(f"{component.name}: there is no FMU at {component.fmu}: run `make build`, "
                               "or name another in the system's file.")
-        self._messages: deque[str] = deque(maxlen=20)
         self._folder: str | None = None
         try:
             self.description: ModelDescription = read_model_description(str(component.fmu))
@@ -78,13 +80,17 @@ class Slave:
         try:
             return function(*arguments)
         except FMICallException as error:
-            said = first_line(Exception(self._messages[0])) if self._messages else first_line(error)
+            said = self._messages[0].splitlines() if self._messages else [first_line(error)]
+            if said[0].startswith("Fatal py exception"):  # of PythonFMU: what Python said comes last
+                said = said[-1:]
+            said = " ".join(said)
             raise SystemFault(f"{self.name} failed {what}: {said}") from error
 
     def set(self, name: str, value: Value) -> None:
         """A parameter, or the start of an input."""
         variable = self.variable(name)
-        if variable.type not in C_TYPES or isinstance(value, str):
+        fitting = {"Real": (int, float), "Integer": (int,), "Boolean": (bool,)}.get(_kind(variable), ())
+        if type(value) not in fitting:
             raise SystemFault(f"{self.name}.{name} cannot be set to {value!r}: it is of type {variable.type}.")
         write = getattr(self.fmu, f"set{_kind(variable)}")
         self.call(f"to take {name} = {value:g}", write, [variable.valueReference], [value])
@@ -130,16 +136,18 @@ class CoSimulation:
     """The FMUs of a system, loaded, connected and initialized; a context manager.
 
     ``watched`` outputs are read by `values`. Those that a swapped FMU lacks are left out and
-    listed in ``not_offered``. With ``at_step_end`` the FMUs after the first are told that the
+    listed in ``not_offered``. ``steps_done`` counts the steps of all FMUs, taken back or not. With ``at_step_end`` the FMUs after the first are told that the
     inputs which they get belong to the end of the step.
     """
 
     def __init__(self, system: System, watched: Sequence[str] = (), at_step_end: bool = False, start: float = 0.0) -> None:
         self.system, self.start = system, start
+        self.steps_done = 0
         self.slaves: list[Slave] = []
+        messages: deque[str] = deque(maxlen=20)
         try:
             for component in system.components:
-                self.slaves.append(Slave(component))
+                self.slaves.append(Slave(component, messages))
             self._connect(watched)
             self._initialize(at_step_end)
         except BaseException:
@@ -251,6 +259,7 @@ class CoSimulation:
                        (fmi2Integer * count)(*[1] * count), (fmi2Real * count)(*slopes))
 
     def step(self, slave: Slave, time: float, step: float) -> None:
+        self.steps_done += 1
         slave.call(f"at t = {time:.4f} s, in a step of {1e3 * step:g} ms", slave.fmu.doStep, time, step)
 
     def values(self) -> list[float]:

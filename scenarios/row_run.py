@@ -57,11 +57,15 @@ class Hole:
 
 @dataclass(frozen=True)
 class Record:
-    """The watched outputs after every step, and at the start; what an FMU does not offer is NaN."""
+    """The watched outputs after every step, and at the start; what an FMU does not offer is NaN.
+
+    ``steps_done`` counts the steps of each FMU, those taken back and repeated in halves included.
+    """
 
     time: np.ndarray
     columns: dict[str, np.ndarray]
     not_offered: tuple[str, ...]
+    steps_done: int
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.columns[name]
@@ -144,4 +148,4 @@ def run(system: System, master: str, step: float, stop: float, done: Callable[[f
         columns = {name: table[:, i] for i, name in enumerate(row.watched)}
         for name in row.not_offered:
             columns[name] = np.full(len(times), np.nan)
-        return Record(np.array(times), columns, tuple(row.not_offered))
+        return Record(np.array(times), columns, tuple(row.not_offered), row.steps_done // len(row.slaves))

@@ -54,7 +54,7 @@ class Drivetrain(Partner):
         Variable("shaft.c", "parameter", 4.0, "N.m.s/rad", "Damping of the shaft: a tenth of the critical"),
         Variable("crank.J", "parameter", 0.2, "kg.m2", "Inertia turning with the crank: 5 kg at 0.2 m"),
     )
-    positive = ("plant.spacing", "speed.ramp", "shaft.k", "crank.J")
+    positive = ("plant.spacing", "speed.cruise", "speed.ramp", "shaft.k", "crank.J")
 
     def enter_initialization_mode(self) -> None:
         self._start()
