@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from mpmath import acos, atan, atan2, cos, mpf, sin, sqrt, tan
+from mpmath import acos, atan, atan2, cos, mpf, pi, sin, sqrt, tan
 
 Values = SimpleNamespace  # geometry or state, by the paper's names
 
@@ -288,3 +288,34 @@ def equation_25(g: Values, s: Values) -> tuple[mpf, mpf]:
         + g.L9 * s.ddphi6 * cos(s.phi9)
         - g.L9 * s.dphi6**2 * sin(s.phi9),
     )
+
+
+def mended_tip(g: Values, phi: float, speed: mpf) -> tuple[tuple[mpf, mpf], tuple[mpf, mpf], tuple[mpf, mpf]]:
+    """X_J and Y_J with their first and second derivatives by time, by the equations one after the other, each
+    mended where the print is wrong; phi counts in the working direction, in which the crank turns at `speed`.
+
+    phi2, phi6 and the middle H of EF, for which nothing is printed, are taken from the joints.
+    """
+    s = Values(phi=-mpf(phi), dphi1=-speed, dphi4=-speed, ddphi4=mpf(0))
+    (s.X_A, s.Y_A), (s.X_D, s.Y_D) = equation_1(g, s), equation_2(g, s)
+    s.phi3, s.phi2 = equation_4(g, s), mpf(0)
+    _, _, X_B, Y_B = equation_3(g, s)
+    s.phi2 = atan2(Y_B - s.Y_A, X_B - s.X_A)
+    s.phi5 = s.phi3 - g.theta3
+    s.X_E, s.Y_E = equation_5(g, s)
+    s.phi7, s.phi6 = equation_6(g, s), mpf(0)
+    _, _, X_F, Y_F = equation_7(g, s)
+    s.phi6 = atan2(Y_F - s.Y_E, X_F - s.X_E)
+    s.phi8 = s.phi6 - pi + g.theta8
+    s.phi9 = s.phi8 + g.theta9
+    s.X_H, s.Y_H = (s.X_E + X_F) / 2, (s.Y_E + Y_F) / 2
+    s.dphi2 = equation_10_mended(g, s)
+    s.dphi3 = equation_11(g, s)
+    s.dX_E, s.dY_E = equation_12_mended(g, s)
+    s.dphi6, s.dphi7 = equation_14(g, s), equation_15(g, s)
+    _, _, s.dX_F, s.dY_F = equation_13(g, s)
+    s.ddphi3 = equation_19(g, s)
+    s.ddX_E, s.ddY_E = equation_20_mended(g, s)
+    s.ddphi6, s.ddphi7 = equation_22(g, s), equation_23_mended(g, s)
+    s.ddX_F, s.ddY_F = equation_24(g, s)
+    return equation_8(g, s), equation_16(g, s), equation_25(g, s)

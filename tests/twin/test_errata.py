@@ -236,31 +236,8 @@ def test_4_divides_by_zero_at_some_double():
 def printed_cycle(phi: float) -> tuple[complex, complex]:
     """Velocity and acceleration of J by the mended equations, one after the other, in double arithmetic."""
     with mp.workprec(DOUBLE):
-        g = SimpleNamespace(**{name: mpf(value) for name, value in NOMINAL.items()})
-        w = +CRANK_SPEED
-        s = SimpleNamespace(phi=-mpf(phi), dphi1=-w, dphi4=-w, ddphi4=mpf(0))
-        (s.X_A, s.Y_A), (s.X_D, s.Y_D) = printed.equation_1(g, s), printed.equation_2(g, s)
-        s.phi3, s.phi2 = printed.equation_4(g, s), mpf(0)
-        _, _, X_B, Y_B = printed.equation_3(g, s)
-        s.phi2 = mp.atan2(Y_B - s.Y_A, X_B - s.X_A)
-        s.phi5 = s.phi3 - g.theta3
-        s.X_E, s.Y_E = printed.equation_5(g, s)
-        s.phi7, s.phi6 = printed.equation_6(g, s), mpf(0)
-        _, _, X_F, Y_F = printed.equation_7(g, s)
-        s.phi6 = mp.atan2(Y_F - s.Y_E, X_F - s.X_E)
-        s.phi8 = s.phi6 - mp.pi + g.theta8
-        s.phi9 = s.phi8 + g.theta9
-        s.dphi2 = printed.equation_10_mended(g, s)
-        s.dphi3 = printed.equation_11(g, s)
-        s.dX_E, s.dY_E = printed.equation_12_mended(g, s)
-        s.dphi6, s.dphi7 = printed.equation_14(g, s), printed.equation_15(g, s)
-        _, _, s.dX_F, s.dY_F = printed.equation_13(g, s)
-        velocity = complex(*printed.equation_16(g, s))
-        s.ddphi3 = printed.equation_19(g, s)
-        s.ddX_E, s.ddY_E = printed.equation_20_mended(g, s)
-        s.ddphi6, s.ddphi7 = printed.equation_22(g, s), printed.equation_23_mended(g, s)
-        s.ddX_F, s.ddY_F = printed.equation_24(g, s)
-        return velocity, complex(*printed.equation_25(g, s))
+        _, *rates = printed.mended_tip(SimpleNamespace(**{k: mpf(v) for k, v in NOMINAL.items()}), phi, +CRANK_SPEED)
+        return tuple(complex(*rate) for rate in rates)
 
 
 def test_the_printed_route_agrees_elsewhere():
