@@ -12,6 +12,10 @@
 static const double TIME_TOLERANCE_STEPS = 1e-6;      /* of the step */
 static const double TIME_TOLERANCE_ULPS = 16 * DBL_EPSILON; /* of the time */
 
+/* Refused steps in a row after which no other one is discarded but an error, for hosts that never
+ * try the same one twice; bisecting down to the last bit takes a tenth of them. */
+enum { MOST_DISCARDS = 1000 };
+
 static const double GREATEST_VALUE = INTERFACE_GREATEST_VALUE;
 
 /* ---- modes ------------------------------------------------------------------------------ */
@@ -426,6 +430,32 @@ ComponentStatus component_get_adjoint_derivative(Component *c, const uint32_t un
 
 /* ---- the communication step ---------------------------------------------------------------- */
 
+/* The crank's jerk, and a force, may be larger by many orders than what they are multiplied with.
+ */
+static const double JERK_SCALE = 1e180; /* leaves 1e128 */
+static const double GREATEST_FORCE = 1e120;
+
+/* Inlined, so that each step pays two comparisons: a sum is not finite where one of its terms is
+ * not. */
+static inline bool motion_is_bounded(const ComponentProgress *progress) {
+    CrankMotion crank = progress->crank.end;
+    MachineMotion machine = progress->travel.end;
+    return fabs(crank.w) + fabs(crank.a) <= GREATEST_VALUE
+           && is_finite((crank.phi + machine.s) + (machine.v + JERK_SCALE * crank.jerk));
+}
+
+/* Forces without derivatives are as set. */
+static bool force_is_bounded(const ComponentProgress *progress) {
+    double sum = 0.0;
+    for (int order = 0; order <= COMPONENT_MAX_DERIVATIVE; ++order)
+        sum += fabs(progress->force[order][0]) + fabs(progress->force[order][1]);
+    return sum <= GREATEST_FORCE;
+}
+
+bool component_is_bounded(const ComponentProgress *progress) {
+    return motion_is_bounded(progress) && force_is_bounded(progress);
+}
+
 ComponentStatus component_check_step(Component *c, double time, double step) {
     double expected = c->settings.real[VARIABLE_TIME];
     double tolerance = TIME_TOLERANCE_STEPS * step + TIME_TOLERANCE_ULPS * fabs(expected);
@@ -450,26 +480,30 @@ ComponentStatus component_check_step(Component *c, double time, double step) {
 }
 
 /* A step whose crank angle cannot be had: Discard at first, Error when it is tried again as it
- * was. */
+ * was or after many others. */
 static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, double step,
                                                     double phi, LinkageClosure closure,
                                                     double gap) {
     outputs_explain_gap(c, closure, phi, gap);
-    bool again = c->step_was_refused && c->refused_time == time && c->refused_step == step
+    bool again = c->refusals > 0 && c->refused_time == time && c->refused_step == step
                  && c->refused_phi == phi;
-    if (again) {
+    bool is_error = again || c->refusals >= MOST_DISCARDS - 1;
+    if (is_error) {
         size_t length = strlen(c->message);
         message_write(c->message + length, sizeof c->message - length,
-                      "; the same step was discarded before");
+                      again ? "; the same step was discarded before"
+                            : "; %u steps in a row were discarded before",
+                      (unsigned)(MOST_DISCARDS - 1));
     }
+    if (c->refusals < MOST_DISCARDS)
+        c->refusals += 1;
     c->settings.mode = MODE_STEP_REFUSED;
     /* linkage_place left no pose: that of the last step is computed anew when it is read */
     c->fresh = EVALUATION_NONE;
-    c->step_was_refused = true;
     c->refused_time = time;
     c->refused_step = step;
     c->refused_phi = phi;
-    return again ? COMPONENT_ERROR : COMPONENT_DISCARD;
+    return is_error ? COMPONENT_ERROR : COMPONENT_DISCARD;
 }
 
 static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from, double to,
@@ -518,13 +552,14 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
                    derivatives_of(c, VARIABLE_MACHINE_V), input.at_step_end, step, &after->travel);
     set_force(c, input.at_step_end ? 0.0 : step, after);
 
-    /* the sum is not finite where one of them is not */
-    double phi = after->crank.end.phi, w = after->crank.end.w, a = after->crank.end.a;
-    if (!is_finite(phi + w + a + after->travel.end.s + after->travel.end.v)) {
+    double phi = after->crank.end.phi;
+    if (!motion_is_bounded(after)
+        || (c->settings.derivatives_are_set && !force_is_bounded(after))) {
         message_write(c->message, sizeof c->message,
-                      "a step of %g s ends at crank.phi = %g rad, crank.w = %g rad/s, machine.s = "
-                      "%g m: beyond all numbers",
-                      step, phi, w, after->travel.end.s);
+                      "a step of %g s ends at crank.phi = %g rad, crank.w = %g rad/s, crank.a = %g "
+                      "rad/s2, machine.s = %g m, tip.fx = %g N, tip.fy = %g N: beyond all numbers",
+                      step, phi, after->crank.end.w, after->crank.end.a, after->travel.end.s,
+                      after->force[0][0], after->force[0][1]);
         return COMPONENT_ERROR;
     }
     double open_by;
@@ -547,7 +582,7 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     c->settings.real[VARIABLE_TIME] = time + step;
     c->settings.mode = MODE_STEP;
     c->fresh = EVALUATION_NONE;
-    c->step_was_refused = false;
+    c->refusals = 0;
     return COMPONENT_OK;
 }
 

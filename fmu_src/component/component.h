@@ -89,9 +89,10 @@ typedef struct {
     LinkagePose pose;
     uint32_t linkage_is_ready;
     uint32_t fresh; /* the EVALUATION_ bits of the outputs whose values in settings.real hold */
-    /* the step refused last: no part of the state, so that restoring cannot make a loop of it */
+    /* the step refused last, and how many since one was done: no part of the state, so that
+     * restoring cannot make a loop of them */
     double refused_time, refused_step, refused_phi;
-    bool step_was_refused;
+    uint32_t refusals;
     bool has_news; /* the last step was done, and message says something about it */
     char message[COMPONENT_MESSAGE_SIZE];
 } Component;
@@ -156,11 +157,15 @@ INTERNAL ComponentStatus component_get_adjoint_derivative(
 
 /* A communication step from `time` over `step` > 0 seconds. `time` must be the end of the last
  * step to rounding. A step that ends in an unreachable pose is COMPONENT_DISCARD; the same step
- * with the same inputs tried once more is COMPONENT_ERROR, lest a host try it for ever.
+ * with the same inputs tried once more is COMPONENT_ERROR, and so is the 1000th refused step in a
+ * row, lest a host try for ever.
  * component->has_news tells of a jump or wrap of the crank's angle. */
 INTERNAL ComponentStatus component_do_step(Component *component, double time, double step);
 /* Whether a step may be done at all; component_do_step asks this itself. */
 INTERNAL ComponentStatus component_check_step(Component *component, double time, double step);
+
+/* Whether every output of this motion, and its derivatives, are numbers. */
+INTERNAL bool component_is_bounded(const ComponentProgress *progress);
 
 /* The whole state, without the values that can be computed anew; to be kept or compared. */
 INTERNAL void component_save(Component *component, ComponentState *state);

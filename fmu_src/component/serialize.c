@@ -56,8 +56,8 @@ static bool is_sound(const ComponentState *state) {
         && !(settings->mode == MODE_CONTINUOUS_TIME && settings->kind == KIND_CO_SIMULATION)
         && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
         && is_within(progress->crank.samples.count, 0, 4)
-        && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 1)
-        && progress->last_step >= 0.0;
+        && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 1) && progress->last_step >= 0.0
+        && component_is_bounded(progress);
     /* numbers, all of them: small integers, read as doubles, are as well */
     for (size_t i = 0; i < sizeof *state / sizeof(double); ++i) {
         double word;

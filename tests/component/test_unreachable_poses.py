@@ -237,6 +237,20 @@ def test_another_angle_is_another_step(new, case):
     assert instance.try_step(3 * STEP, STEP) == OK
 
 
+def test_a_thousand_other_steps_are_enough(new, case):
+    """For hosts that never try the same step twice: from the 1000th one on, each refused step is an error."""
+    instance = started(new, case)
+    aim(instance, case.far)
+    statuses = [instance.try_step(3 * STEP, STEP * (1 + i % 2)) for i in range(1001)]
+    assert statuses == [DISCARD] * 999 + [ERROR] * 2
+    check_message(instance.last_message.text, case, case.far)
+    assert "999 steps in a row were discarded before" in instance.last_message.text
+    aim(instance, case.near)
+    instance.step(3 * STEP, STEP)
+    aim(instance, case.far)
+    assert instance.try_step(4 * STEP, STEP) == DISCARD
+
+
 def test_the_first_step_of_all(new, case):
     instance = new()
     instance.initialize({f"geometry.{k}": v for k, v in case.geometry.items()} | {"crank.phi": case.near})
@@ -281,3 +295,16 @@ def test_a_step_beyond_all_numbers(new, inputs):
     assert "beyond all numbers" in instance.last_message.text
     assert instance.serialize() == before and bits(instance.outputs()) == outputs
     instance.set(dict.fromkeys(inputs, 0.0)).step(1.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "derivatives"),
+    [({"crank.w": 1.0, "crank.a": 1e60}, {}), ({"crank.w": -1e60}, {("crank.w", 1): -1e60}), ({"tip.fy": 1.0}, {("tip.fx", 1): 1e60})],
+)
+def test_a_step_whose_outputs_would_be_beyond_all_numbers(new, inputs, derivatives):
+    """The angle at its end is a number, but the square of the speed, or the torque, would be none."""
+    instance = new().initialize().step(0.0, 1.0).set(inputs).set_derivatives(derivatives)
+    before, outputs = instance.serialize(), bits(instance.outputs())
+    assert instance.try_step(1.0, 1e100) == ERROR
+    assert "beyond all numbers" in instance.last_message.text
+    assert instance.serialize() == before and bits(instance.outputs()) == outputs
