@@ -23,9 +23,10 @@ build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
 	$(BIN)/python -m scenarios.partners.build
 
-bench: build   ## measure what a step costs, and speed against error
+bench: build   ## measure what a step costs, speed against error, and the hard cases
 	$(BIN)/python -m tests.hosts.step_cost
 	$(BIN)/python -m scenarios.speed_vs_error
+	$(BIN)/python -m tests.hard_cases
 
 soak: build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting
 	$(BIN)/python -m tests.hosts.hostile

@@ -369,7 +369,10 @@ def report(results: Results) -> str:
             "from the torque on also the soil's force), does a step and reads; each line reads what the lines above it "
             f"read, too. Medians of the ratios within {len(results.c_host.rounds[BASE])} interleaved rounds.", "",
             table(*scene_table(results.c_host)), "![What a scene pays](scenes.png)", ""]
-    parts += ["## Files", "",
+    parts += ["## The hard cases", "",
+              "Dead points, poles, random geometries, odd clocks and hosts: [hard_cases.md](hard_cases.md), which `make bench` "
+              "writes beside this page.", "",
+              "## Files", "",
               "`coupling.csv`: every worst and median error; `orders.csv`: the fitted orders (nan: less than three errors "
               "clear of rounding); `start_up.csv`: the first steps; `smoothing.csv`: worst errors by window; `scene_cost.csv`: the ratios of times. SI units.", ""]
     return "\n".join(parts)

@@ -18,7 +18,9 @@
  *
  * Error: at most 2 times the summed effect that one unit in the last place of phi and of each
  * parameter has on the exact value, also beside a dead point; derivatives 3 and 4 lose more where
- * the base of a dyad is much shorter than its links (tests/fmi/test_accuracy.py). */
+ * the base of a dyad is much shorter than its links (tests/fmi/test_accuracy.py), and derivatives
+ * from 2 on where C lies much nearer to O than the cranks are long and ABD is near a dead point:
+ * the dyad then turns with the cranks nearly as one body (tests/hard_cases/geometries.py). */
 #ifndef LINKAGE_H
 #define LINKAGE_H
 

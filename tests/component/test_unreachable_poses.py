@@ -299,7 +299,11 @@ def test_a_step_beyond_all_numbers(new, inputs):
 
 @pytest.mark.parametrize(
     ("inputs", "derivatives"),
-    [({"crank.w": 1.0, "crank.a": 1e60}, {}), ({"crank.w": -1e60}, {("crank.w", 1): -1e60}), ({"tip.fy": 1.0}, {("tip.fx", 1): 1e60})],
+    [
+        ({"crank.w": 1.0, "crank.a": 1e60}, {}),
+        ({"crank.w": -1e60}, {("crank.w", 1): -1e60}),
+        ({"tip.fy": 1.0}, {("tip.fx", 1): 1e60}),
+    ],
 )
 def test_a_step_whose_outputs_would_be_beyond_all_numbers(new, inputs, derivatives):
     """The angle at its end is a number, but the square of the speed, or the torque, would be none."""

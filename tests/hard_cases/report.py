@@ -1,0 +1,228 @@
+"""Table, CSV and figure of the hard cases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")  # no display needed
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
+from rich import box  # noqa: E402
+from rich.console import Console  # noqa: E402
+from rich.table import Table  # noqa: E402
+
+from scenarios.figures import BLACK, BLUE, GREEN, GREY, STYLE, VERMILLION  # noqa: E402
+from scenarios.reports import PLAIN_WIDTH, markdown_table, write_csv  # noqa: E402
+from tests.fmi.host import Fmu  # noqa: E402
+from tests.hard_cases import dead_points, poles  # noqa: E402
+from tests.hard_cases.measured import Measured  # noqa: E402
+
+HEADINGS = ("case", "what is measured", "in", "worst", "bound", "met", "printed form")
+NO_ANSWER = 16.0  # digits, or powers of ten in the figure, for what the printed equations have no answer to
+POLE_LOOKS = {  # colour and marker; the two that cost all digits in the same way are told apart by their marks
+    "phi3 at 180°": (VERMILLION, "o"),
+    "phi3 at 0°": ("#E69F00", "s"),
+    "a = c, 0 over 0": ("#CC79A7", "^"),
+    "phi3 at 90°": (GREEN, "v"),
+    "phi3 at -90°": ("#56B4E9", "<"),
+    "phi2 at 90°": (GREY, "D"),
+}
+
+Sections = Mapping[str, Sequence[Measured]]
+
+
+def number(value: float | None) -> str:
+    """For people: three digits; counts as they are."""
+    if value is None:
+        return ""
+    if math.isinf(value):
+        return "no answer"
+    if value == round(value) and abs(value) < 1e5:
+        return f"{value:.0f}"
+    return f"{value:.3g}".replace("e-0", "e-")
+
+
+def cells(line: Measured) -> tuple[str, ...]:
+    """A line's texts under HEADINGS."""
+    return (
+        line.case,
+        line.quantity,
+        line.unit,
+        number(line.worst),
+        number(line.bound),
+        "yes" if line.is_met else "NO",
+        number(line.printed),
+    )
+
+
+def write(output: Path, sections: Sections, fmu: Fmu) -> list[Path]:
+    """Write the page, its figures' numbers and the figure; returns their paths."""
+    output.mkdir(parents=True, exist_ok=True)
+    paths = [output / f"hard_cases.{suffix}" for suffix in ("md", "csv", "png")]
+    paths[0].write_text(page(sections), encoding="utf-8")
+    write_csv(
+        paths[1],
+        ("section", "case", "measured", "unit", "worst", "bound", "met", "printed_form", "where"),
+        (
+            (
+                section,
+                line.case,
+                line.quantity,
+                line.unit,
+                f"{line.worst:.6g}",
+                f"{line.bound:.6g}",
+                line.is_met,
+                "" if line.printed is None else f"{line.printed:.6g}",
+                line.where,
+            )
+            for section, lines in sections.items()
+            for line in lines
+        ),
+    )
+    with plt.rc_context(STYLE):
+        figure = draw(fmu)
+        figure.savefig(paths[2])
+        plt.close(figure)
+    return paths
+
+
+def reading(sections: Sections) -> Iterator[str]:
+    """What the table says, in sentences."""
+    lines = [line for part in sections.values() for line in part]
+    missed = [line.case for line in lines if not line.is_met]
+    yield f"{len(lines) - len(missed)} of {len(lines)} lines are met" + (
+        f"; not met: {', '.join(missed)}." if missed else "."
+    )
+    near = [line for line in sections["Dead points"] if line.printed is not None]
+    ours, printed = (number(max(values)) for values in zip(*((line.worst, line.printed) for line in near)))
+    yield (
+        f"Beside a dead point the FMU errs by at most {ours} conditionings, the printed equations, once mended, by "
+        f"{printed}: both give nearly all that the inputs determine."
+    )
+    lost = [line for line in sections["Poles of the printed formulas"] if line.printed > 2]
+    yield (
+        f"At {', '.join(line.case for line in lost)} the printed equations lose a digit for each decade nearer, until "
+        "none is left; phi3 passes 180° twice in each turn of the published linkage. The FMU loses none."
+    )
+
+
+def page(sections: Sections) -> str:
+    """The Markdown page."""
+    parts = [
+        "# The hard cases",
+        "",
+        "Part of [speed against error](speed_vs_error.md); written by `python -m tests.hard_cases`, from the "
+        "functions on which the tests assert.",
+        "",
+        *(f"- {sentence}" for sentence in reading(sections)),
+        "",
+        "![Error beside dead points, and digits lost at the printed poles](hard_cases.png)",
+        "",
+        "1 conditioning is what one unit in the last place of the crank's angle and of each parameter does, summed, "
+        "to the exact answer, in 50-digit arithmetic. *Printed form*: the same of the paper's equations, mended where "
+        "the print is wrong, in double arithmetic. `hard_cases.csv` also tells where each worst value was.",
+        "",
+    ]
+    for section, lines in sections.items():
+        has_printed = any(line.printed is not None for line in lines)
+        width = len(HEADINGS) if has_printed else len(HEADINGS) - 1
+        parts += [f"## {section}", "", markdown_table(HEADINGS[:width], (cells(line)[:width] for line in lines))]
+        parts += ["Not measured on this system.", ""] if not lines else []
+    return "\n".join(parts)
+
+
+def show(console: Console, sections: Sections) -> None:
+    """Print the table; in ASCII where the output is not a terminal."""
+    if not console.is_terminal:
+        console = Console(highlight=False, width=PLAIN_WIDTH)
+    table = Table(box=box.ROUNDED if console.is_terminal else box.ASCII, title="The hard cases", title_justify="left")
+    for heading in HEADINGS:
+        is_long, is_number = heading in ("what is measured", "in"), heading in ("worst", "bound", "printed form")
+        table.add_column(
+            heading,
+            justify="right" if is_number else "left",
+            no_wrap=True,
+            min_width=None if is_long else 5,
+            overflow="ellipsis",
+            ratio=2 if is_long else None,
+        )
+    for section, lines in sections.items():
+        table.add_section()
+        table.add_row(f"[bold]{section}[/]")
+        for line in lines:
+            table.add_row(*cells(line), style=None if line.is_met else "bold red")
+    console.print(table)
+    for sentence in reading(sections):
+        console.print(f"- {sentence}", markup=False)
+
+
+# ---- the figure ----------------------------------------------------------------------------------
+
+
+def draw(fmu: Fmu) -> plt.Figure:
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.8))
+    draw_dead_points(left, fmu)
+    draw_poles(right, fmu)
+    figure.tight_layout()
+    return figure
+
+
+def draw_dead_points(axes: Axes, fmu: Fmu) -> None:
+    """Every pose a mark, the worst of each gap a line."""
+    answered = [a for a in dead_points.answer(fmu) if a.approach.gap in dead_points.GAPS]
+    for values, label, colour, marker in (
+        ([max(a.printed) for a in answered], "printed equations, mended", VERMILLION, "x"),
+        ([max(a.ours) for a in answered], "FMU", BLUE, "o"),
+    ):
+        gaps = np.array([a.approach.gap for a in answered])
+        axes.plot(gaps, values, marker, color=colour, markersize=3.5, alpha=0.35, linestyle="none")
+        worst = [max(v for v, gap in zip(values, gaps) if gap == at) for at in dead_points.GAPS]
+        axes.plot(dead_points.GAPS, worst, marker + "-", color=colour, markersize=5, label=label)
+    axes.axhline(dead_points.BOUND, color=BLACK, linewidth=1, linestyle="--")
+    axes.annotate(
+        "bound",
+        (dead_points.GAPS[-1], dead_points.BOUND),
+        xytext=(-4, 4),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8,
+    )
+    axes.set(
+        xscale="log", yscale="log", xlabel="gap to the dead point / m", ylabel="error / conditioning", ylim=(1e-3, 10)
+    )
+    axes.invert_xaxis()
+    axes.set_title("Beside dead points: marks are poses, lines the worst", loc="left")
+    axes.legend(loc="lower left")
+
+
+def draw_poles(axes: Axes, fmu: Fmu) -> None:
+    losses = poles.losses(fmu)
+    for pole in poles.POLES:
+        colour, marker = POLE_LOOKS[pole]
+        beside = [lost for lost in losses if lost.pole == pole]
+        axes.plot(
+            [lost.distance for lost in beside],
+            [min(lost.printed, NO_ANSWER) for lost in beside],
+            marker + "-",
+            color=colour,
+            markersize=4,
+            linewidth=1.2,
+            label=f"printed: {pole}",
+        )
+    ours = [max(lost.ours for lost in losses if lost.distance == at) for at in poles.DISTANCES]
+    axes.plot(poles.DISTANCES, ours, "o-", color=BLUE, markersize=5, linewidth=2, label="FMU: the worst of all")
+    axes.set(
+        xscale="log",
+        xlabel="distance from the pole / rad of the crank",
+        ylabel="decimal digits lost",
+        ylim=(-0.5, 16.5),
+    )
+    axes.invert_xaxis()
+    axes.set_title("At the printed formulas' poles (16: no answer)", loc="left")
+    axes.legend(loc="upper left")
