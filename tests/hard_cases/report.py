@@ -24,6 +24,7 @@ from tests.hard_cases import dead_points, poles  # noqa: E402
 from tests.hard_cases.measured import Measured  # noqa: E402
 
 HEADINGS = ("case", "what is measured", "in", "worst", "bound", "met", "printed form")
+SHOWN = tuple(heading for heading in HEADINGS if heading != "in")  # in the terminal
 NO_ANSWER = 16.0  # digits, or powers of ten in the figure, for what the printed equations have no answer to
 POLE_LOOKS = {  # colour and marker; the two that cost all digits in the same way are told apart by their marks
     "phi3 at 180°": (VERMILLION, "o"),
@@ -142,21 +143,21 @@ def show(console: Console, sections: Sections) -> None:
     if not console.is_terminal:
         console = Console(highlight=False, width=PLAIN_WIDTH)
     table = Table(box=box.ROUNDED if console.is_terminal else box.ASCII, title="The hard cases", title_justify="left")
-    for heading in HEADINGS:
-        is_long, is_number = heading in ("what is measured", "in"), heading in ("worst", "bound", "printed form")
+    # one line each: the page has the words that are cut off here
+    widths = {"case": 42, "what is measured": 29}
+    for heading in SHOWN:
         table.add_column(
             heading,
-            justify="right" if is_number else "left",
+            justify="left" if heading in (*widths, "met") else "right",
             no_wrap=True,
-            min_width=None if is_long else 5,
-            overflow="ellipsis",
-            ratio=2 if is_long else None,
+            min_width=widths.get(heading, len(heading)),
+            max_width=widths.get(heading),
         )
     for section, lines in sections.items():
         table.add_section()
         table.add_row(f"[bold]{section}[/]")
         for line in lines:
-            table.add_row(*cells(line), style=None if line.is_met else "bold red")
+            table.add_row(*(cells(line)[HEADINGS.index(h)] for h in SHOWN), style=None if line.is_met else "bold red")
     console.print(table)
     for sentence in reading(sections):
         console.print(f"- {sentence}", markup=False)

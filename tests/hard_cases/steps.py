@@ -12,6 +12,7 @@ from mpmath import mp, mpf
 from fmu_src.twin.linkage import Geometry, solve
 from tests.fmi.drive import (
     Giving,
+    Rotation,
     angle_and_speed,
     angle_around_zero,
     angle_modulo_turn,
@@ -25,7 +26,7 @@ from tests.fmi.drive import (
 )
 from tests.fmi.host import MACHINE_SPEED, OK, PLANTING_SPEED, Fmu, Instance, bits
 from tests.fmi.life import END, begin, tell
-from tests.hard_cases.measured import CONDITIONING, NOMINAL, TIP, Measured, Worst
+from tests.hard_cases.measured import CONDITIONING, NOMINAL, TIP, Measured, Probe, Worst
 from tests.oracle.oracle import Oracle, conditioning, error
 
 TURN = 2 * math.pi
@@ -37,7 +38,19 @@ EXTRAPOLATED = 8.0
 def measure(fmu: Fmu) -> list[Measured]:
     return [
         line
-        for part in (turns, sizes, several_turns, reversal, standstill, jump, wraps, set_again, done_again, absurd)
+        for part in (
+            turns,
+            far_angles,
+            sizes,
+            several_turns,
+            reversal,
+            standstill,
+            jump,
+            wraps,
+            set_again,
+            done_again,
+            absurd,
+        )
         for line in part(fmu)
     ]
 
@@ -77,6 +90,24 @@ def turns(fmu: Fmu) -> Iterable[Measured]:
             "angle and speed given: error of position and velocity" if with_speed else "angle given: error of position"
         )
         yield Measured("crank at 1e3, 1e6, 1e9 turns, both ways", given, CONDITIONING, worst.value, bound, worst.where)
+
+
+def far_angles(fmu: Fmu) -> Iterable[Measured]:
+    """An angle is the number that it is: one of a billion turns costs the tip no digit."""
+    worst = Worst()
+    with Probe(fmu) as probe:
+        for count in (0.1, 1e3, 1e6, 1e9):
+            for phi in (sign * (count * TURN + 0.05 * k) for sign in (1, -1) for k in range(8)):
+                exact = Oracle(NOMINAL).tip(phi, 0)[0]
+                worst.see(max(map(error, probe.tip(NOMINAL, phi)[0], exact)), f"{phi / TURN:g} turns")
+    yield Measured(
+        "crank at 1e3, 1e6, 1e9 turns, both ways",
+        "error of position at an angle as given",
+        "m",
+        worst.value,
+        1e-15,
+        worst.where,
+    )
 
 
 def sizes(fmu: Fmu) -> Iterable[Measured]:
@@ -121,8 +152,10 @@ def several_turns(fmu: Fmu) -> Iterable[Measured]:
 
 
 def reversal(fmu: Fmu) -> Iterable[Measured]:
-    """A crank that swings to and fro: the speed passes 0, where it must not be taken for not given."""
-    rotation, h = swinging(), 2e-3
+    """A crank that swings to and fro: at the turning points the speed is 0, which is not to be taken for not given."""
+    swing, h = swinging(), 2e-3
+    rotation = Rotation(swing.phi, lambda t: round(swing.w(t), 12), lambda t: round(swing.a(t), 12))
+    assert rotation.w(125 * h) == 0
     times = [i * h for i in range(1001)]
     lever = np.abs(solve(Geometry(), np.linspace(-0.2, 2.2, 2401), 1).tip[1]).max()
     fourth = 1.2 * TURN**4  # rad/s4, the greatest fourth derivative of its angle
@@ -250,10 +283,12 @@ def done_again(fmu: Fmu) -> Iterable[Measured]:
         for moment in range(12):
             with Instance(fmu, "again") as instance:
                 tell(begin(instance), 0, moment)
-                state, time = instance.save(), instance.last_successful_time()
+                state, time, here = instance.save(), instance.last_successful_time(), bits(instance.outputs())
                 first = tell(instance, moment, END)
                 instance.restore(state)
                 between(instance, time)
+                instance.outputs()
+                count += here != bits(instance.restore(state).outputs())
                 count += sum(a != b for a, b in zip(tell(instance.restore(state), moment, END), first, strict=True))
         return count
 
