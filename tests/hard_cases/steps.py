@@ -97,7 +97,7 @@ def far_angles(fmu: Fmu) -> Iterable[Measured]:
     worst = Worst()
     with Probe(fmu) as probe:
         for count in (0.1, 1e3, 1e6, 1e9):
-            for phi in (sign * (count * TURN + 0.05 * k) for sign in (1, -1) for k in range(8)):
+            for phi in (sign * count * TURN * (1 + 0.0123456789 * k) for sign in (1, -1) for k in range(20)):
                 exact = Oracle(NOMINAL).tip(phi, 0)[0]
                 worst.see(max(map(error, probe.tip(NOMINAL, phi)[0], exact)), f"{phi / TURN:g} turns")
     yield Measured(
@@ -134,21 +134,19 @@ def sizes(fmu: Fmu) -> Iterable[Measured]:
 
 
 def several_turns(fmu: Fmu) -> Iterable[Measured]:
-    worst = Worst()
+    worst, jumps, case = Worst(), Worst(), "steps of several turns"
     for sign in (1, -1):
         for h in (1.0, 5.0, 7.5):
-            worst.see(
-                evenly(fmu, 0.5, sign * PLANTING_SPEED, [h] * 6, True),
-                f"{sign * h * PLANTING_SPEED / TURN:.2f} turns a step",
-            )
-    yield Measured(
-        "steps of several turns",
-        "angle and speed given: error of position and velocity",
-        CONDITIONING,
-        worst.value,
-        GIVEN,
-        worst.where,
-    )
+            speed, where = sign * PLANTING_SPEED, f"{sign * h * PLANTING_SPEED / TURN:.2f} turns a step"
+            worst.see(evenly(fmu, 0.5, speed, [h] * 6, True), where)
+            with Instance(fmu, "fast", logging=True) as instance:
+                instance.initialize({"crank.phi": 0.5})
+                for i in range(6):
+                    instance.step(i * h, h, {"crank.phi": 0.5 + i * h * speed, "crank.w": speed})
+                jumps.see(len(instance.messages), where)
+    given = "angle and speed given: error of position and velocity"
+    yield Measured(case, given, CONDITIONING, worst.value, GIVEN, worst.where)
+    yield Measured(case, "messages of a wrap or a jump", "messages", jumps.value, 0, jumps.where)
 
 
 def reversal(fmu: Fmu) -> Iterable[Measured]:
