@@ -41,22 +41,26 @@ static inline double direction_polynomial(const double c[6], double z) {
     return ((c[0] + c[1] * z) + z2 * (c[2] + c[3] * z)) + (z2 * z2) * (c[4] + c[5] * z);
 }
 
-/* (cos angle, sin angle): the unit vector at `angle` rad from forward, counter-clockwise. */
-static inline Vector direction(double angle) {
-    if (!(fabs(angle) <= DIRECTION_LIMIT))
+/* (cos t, sin t) of the angle t that is left of `angle` (rad) without `*quarters` (0 to 3) quarter
+ * turns: for those who turn by quarters at no cost, by having turned beforehand. */
+static inline Vector direction_within_quarter(double angle, unsigned *quarters) {
+    if (!(fabs(angle) <= DIRECTION_LIMIT)) {
+        *quarters = 0;
         return (Vector){cos(angle), sin(angle)};
+    }
 
     /* the nearest number of quarter turns: adding 1.5 * 2^52 leaves no room for fractions, and
      * puts the integer into the low bits */
     const double round = 6755399441055744.0;
     double shifted = angle * DIRECTION_QUARTERS_PER_RADIAN + round;
-    double quarters = shifted - round;
-    uint64_t quadrant;
-    memcpy(&quadrant, &shifted, sizeof quadrant);
+    double turned = shifted - round;
+    uint64_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    *quarters = (unsigned)(bits & 3);
 
-    /* t + t_low = angle - quarters pi/2 */
-    double rest = (angle - quarters * DIRECTION_QUARTER_HIGH) - quarters * DIRECTION_QUARTER_MIDDLE;
-    double low = quarters * DIRECTION_QUARTER_LOW;
+    /* t + t_low = angle - turned pi/2 */
+    double rest = (angle - turned * DIRECTION_QUARTER_HIGH) - turned * DIRECTION_QUARTER_MIDDLE;
+    double low = turned * DIRECTION_QUARTER_LOW;
     double t = rest - low;
     double t_low = (rest - t) - low;
 
@@ -65,11 +69,18 @@ static inline Vector direction(double angle) {
     double c = head
                + (((1.0 - head) - half_z)
                   + ((z * z) * direction_polynomial(DIRECTION_COS, z) - t * t_low));
-    switch (quadrant & 3) {
-    case 0: return (Vector){c, s};
-    case 1: return (Vector){-s, c};
-    case 2: return (Vector){-c, -s};
-    default: return (Vector){s, -c};
+    return (Vector){c, s};
+}
+
+/* (cos angle, sin angle): the unit vector at `angle` rad from forward, counter-clockwise. */
+static inline Vector direction(double angle) {
+    unsigned quarters;
+    Vector v = direction_within_quarter(angle, &quarters);
+    switch (quarters) {
+    case 0: return v;
+    case 1: return (Vector){-v.y, v.x};
+    case 2: return (Vector){-v.x, -v.y};
+    default: return (Vector){v.y, -v.x};
     }
 }
 

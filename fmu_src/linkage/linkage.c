@@ -45,40 +45,29 @@ static void prepare_sides(double first, double second, LinkageSides *sides) {
     sides->reciprocal_product = 1.0 / (first * second);
 }
 
-/* The triangle of a dyad, joint on the right of its base: the links are
- * (along - i height) base, where height = four_areas * per_area. */
-typedef struct {
-    double along_first, along_second;
-    double four_areas, per_area;
-} Triangle;
-
-/* Solves the triangle; false where the dyad cannot close, or closes at a dead point.
+/* Solves the triangle of a dyad; false where the dyad cannot close, or closes at a dead point.
  * 16 area^2 = ((first+second)^2 - base^2) (base^2 - (first-second)^2): the factored form of
  * Heron's formula, whose differences are rounded in base^2 alone. */
-static inline bool solve_triangle(const LinkageSides *sides, Vector base, Triangle *triangle) {
+static inline bool solve_triangle(const LinkageSides *sides, Vector base, LinkageDyad *dyad) {
     double base_squared = dot(base, base);
     double stretch = (sides->sum_squared - base_squared) + sides->sum_squared_low;
     double fold = (base_squared - sides->difference_squared) - sides->difference_squared_low;
+    dyad->base = base;
+    dyad->base_squared = base_squared;
     if (!(stretch > 0.0 && fold > 0.0))
         return false;
-    triangle->four_areas = sqrt(stretch * fold);
-    triangle->per_area = 0.5 / base_squared;
-    triangle->along_first = (sides->squares_difference + base_squared) * triangle->per_area;
-    triangle->along_second = (sides->squares_difference - base_squared) * triangle->per_area;
+    dyad->four_areas = sqrt(stretch * fold);
+    dyad->per_area = 0.5 / base_squared;
+    dyad->along_first = (sides->squares_difference + base_squared) * dyad->per_area;
+    dyad->along_second = (sides->squares_difference - base_squared) * dyad->per_area;
     return true;
 }
 
 /* (along - i height) z: what is on a link, where z is what it would be on the base. The root is
  * multiplied last, since everything waits for it. */
-static inline Vector on_link(double along, const Triangle *triangle, Vector z) {
-    Vector right = {triangle->per_area * z.y, -triangle->per_area * z.x};
-    return plus(scaled(along, z), scaled(triangle->four_areas, right));
-}
-
-static inline void keep_dyad(const Triangle *triangle, Vector base, LinkageDyad *dyad) {
-    dyad->first = on_link(triangle->along_first, triangle, base);
-    dyad->second = on_link(triangle->along_second, triangle, base);
-    dyad->determinant = -0.5 * triangle->four_areas;
+static inline Vector on_link(double along, const LinkageDyad *dyad, Vector z) {
+    double right = dyad->per_area * z.y, left = dyad->per_area * z.x;
+    return (Vector){along * z.x + dyad->four_areas * right, along * z.y - dyad->four_areas * left};
 }
 
 /* By how much the base is too long (positive) or too short (negative) for the two links. */
@@ -103,38 +92,51 @@ static inline Vector known_part(int n, const double *rate) {
     }
 }
 
-static inline Vector times_known(int n, Vector known, Vector z) {
-    return n <= 2 ? scaled(known.x, z) : turned(known, z);
+/* The n-th derivative of start + z, whose own one is `start_derivative`. The rate of order n, which
+ * is known last, is added last. */
+static inline Vector derivative_beyond(int n, Vector start_derivative, const double *rate,
+                                       Vector z) {
+    Vector across = {-rate[n] * z.y, rate[n] * z.x}, known = known_part(n, rate);
+    if (n == 1)
+        return plus(start_derivative, across);
+    Vector rest = n == 2 ? scaled(known.x, z) : turned(known, z);
+    return plus(plus(start_derivative, rest), across);
 }
 
-/* The n-th derivative of z. */
-static inline Vector link_derivative(int n, const double *rate, Vector z) {
-    Vector across = {-rate[n] * z.y, rate[n] * z.x};
-    return n == 1 ? across : plus(times_known(n, known_part(n, rate), z), across);
+/* The n-th derivative of base + second = first, times first and times second: a 2x2 system with
+ * the same determinant at every order. The functions below it solve for one of the rates each.
+ * No link is drawn for that: link . base^(n) = along base_along - base_across for both, and
+ * (i second) . first = four_areas / 2. */
+static inline void take_base_derivative(int n, Vector base_derivative, LinkageDyad *dyad) {
+    if (n == 1) {
+        dyad->height = dyad->four_areas * dyad->per_area;
+        dyad->reciprocal_determinant = -2.0 / dyad->four_areas;
+    }
+    if (n == 2)
+        dyad->links_product = (dyad->along_first * dyad->along_second + dyad->height * dyad->height)
+                              * dyad->base_squared;
+    dyad->base_along = dot(dyad->base, base_derivative);
+    dyad->base_across = dyad->height * cross(dyad->base, base_derivative);
 }
 
-/* The n-th derivative of base + second = first, times first and times second: a 2x2 system
- * with the same determinant at every order. Each function solves for one of the two rates. */
-static inline void solve_first_rate(int n, const LinkageSides *sides, Vector base_derivative,
-                                    LinkageDyad *dyad) {
-    double moment = dot(dyad->second, base_derivative);
+static inline void solve_first_rate(int n, const LinkageSides *sides, LinkageDyad *dyad) {
+    double moment = dyad->along_second * dyad->base_along - dyad->base_across;
     if (n > 1) {
-        Vector known_first = known_part(n, dyad->first_rate);
-        Vector known_second = known_part(n, dyad->second_rate);
-        Vector rest = minus(base_derivative, times_known(n, known_first, dyad->first));
-        moment = dot(dyad->second, rest) + known_second.x * sides->second_squared;
+        Vector first = known_part(n, dyad->first_rate), second = known_part(n, dyad->second_rate);
+        moment += second.x * sides->second_squared - first.x * dyad->links_product;
+        if (n > 2)
+            moment += 0.5 * dyad->four_areas * first.y;
     }
     dyad->first_rate[n] = moment * dyad->reciprocal_determinant;
 }
 
-static inline void solve_second_rate(int n, const LinkageSides *sides, Vector base_derivative,
-                                     LinkageDyad *dyad) {
-    double moment = dot(dyad->first, base_derivative);
+static inline void solve_second_rate(int n, const LinkageSides *sides, LinkageDyad *dyad) {
+    double moment = dyad->along_first * dyad->base_along - dyad->base_across;
     if (n > 1) {
-        Vector known_first = known_part(n, dyad->first_rate);
-        Vector known_second = known_part(n, dyad->second_rate);
-        Vector rest = plus(base_derivative, times_known(n, known_second, dyad->second));
-        moment = dot(dyad->first, rest) - known_first.x * sides->first_squared;
+        Vector first = known_part(n, dyad->first_rate), second = known_part(n, dyad->second_rate);
+        moment += second.x * dyad->links_product - first.x * sides->first_squared;
+        if (n > 2)
+            moment += 0.5 * dyad->four_areas * second.y;
     }
     dyad->second_rate[n] = moment * dyad->reciprocal_determinant;
 }
@@ -146,8 +148,11 @@ void linkage_prepare(const LinkageGeometry *g, Linkage *linkage) {
     linkage->unit_oa = direction(g->phi1);
     linkage->unit_cd = direction(g->phi4);
     linkage->unit_de = direction(-g->theta3);
-    linkage->crank_cd = scaled(g->L4, linkage->unit_cd);
-    linkage->base_ad = minus(linkage->crank_cd, scaled(g->L1, linkage->unit_oa));
+    Vector crank_oa = scaled(g->L1, linkage->unit_oa), crank_cd = scaled(g->L4, linkage->unit_cd);
+    for (int n = 0; n < 4; ++n) { /* by n quarter turns: as the derivatives go round */
+        linkage->crank_cd[n] = clockwise_derivative(n, crank_cd);
+        linkage->base_ad[n] = clockwise_derivative(n, minus(crank_cd, crank_oa));
+    }
     linkage->pivot_c = (Vector){g->XC, g->YC};
     linkage->pivot_cg = (Vector){g->XG - g->XC, g->YG - g->YC};
     linkage->arm = scaled(g->L5 / g->L3, linkage->unit_de);
@@ -162,31 +167,30 @@ void linkage_prepare(const LinkageGeometry *g, Linkage *linkage) {
 }
 
 LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *pose, double *gap) {
-    Triangle triangle;
-    Vector along = direction(phi), clockwise = {along.x, -along.y};
+    LinkageDyad *abd = &pose->abd, *efg = &pose->efg;
+    unsigned quarters;
+    Vector along = direction_within_quarter(phi, &quarters), clockwise = {along.x, -along.y};
     pose->order = -1;
-    pose->crank_cd = turned(linkage->crank_cd, clockwise);
-    pose->base_turning = turned(linkage->base_ad, clockwise);
+    pose->crank_cd = turned(linkage->crank_cd[quarters], clockwise);
+    pose->base_turning = turned(linkage->base_ad[quarters], clockwise);
 
     Vector base = plus(linkage->pivot_c, pose->base_turning); /* A->D */
-    if (!solve_triangle(&linkage->abd, base, &triangle)) {
+    if (!solve_triangle(&linkage->abd, base, abd)) {
         if (gap != NULL)
             *gap = dyad_gap(&linkage->abd, base);
         return LINKAGE_ABD_OPEN;
     }
-    keep_dyad(&triangle, base, &pose->abd);
-    pose->arm = on_link(triangle.along_second, &triangle, turned(linkage->arm, base));
+    pose->arm = on_link(abd->along_second, abd, turned(linkage->arm, abd->base));
     pose->joint_e[0] = plus(pose->crank_cd, pose->arm);
 
-    base = minus(linkage->pivot_cg, pose->joint_e[0]); /* E->G */
-    if (!solve_triangle(&linkage->efg, base, &triangle)) {
+    base = minus(minus(linkage->pivot_cg, pose->crank_cd), pose->arm); /* E->G, soonest so */
+    if (!solve_triangle(&linkage->efg, base, efg)) {
         if (gap != NULL)
             *gap = dyad_gap(&linkage->efg, base);
         return LINKAGE_EFG_OPEN;
     }
-    keep_dyad(&triangle, base, &pose->efg);
-    pose->nozzle = on_link(triangle.along_first, &triangle, turned(linkage->nozzle, base));
-    pose->tip[0] = plus(linkage->pivot_c, plus(pose->joint_e[0], pose->nozzle));
+    pose->nozzle = on_link(efg->along_first, efg, turned(linkage->nozzle, efg->base));
+    pose->tip[0] = plus(plus(linkage->pivot_c, pose->joint_e[0]), pose->nozzle);
     pose->order = 0;
     return LINKAGE_CLOSED;
 }
@@ -195,19 +199,17 @@ LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *po
  * order n - 1 are needed, and computed, only now. */
 static inline void differentiate_once(int n, const Linkage *linkage, LinkagePose *pose) {
     LinkageDyad *abd = &pose->abd, *efg = &pose->efg;
-    if (n == 1) {
-        abd->reciprocal_determinant = 1.0 / abd->determinant;
-        efg->reciprocal_determinant = 1.0 / efg->determinant;
-    } else {
-        solve_first_rate(n - 1, &linkage->abd, clockwise_derivative(n - 1, pose->base_turning),
-                         abd);
-        solve_second_rate(n - 1, &linkage->efg, scaled(-1.0, pose->joint_e[n - 1]), efg);
+    if (n > 1) {
+        solve_first_rate(n - 1, &linkage->abd, abd);
+        solve_second_rate(n - 1, &linkage->efg, efg);
     }
-    solve_second_rate(n, &linkage->abd, clockwise_derivative(n, pose->base_turning), abd);
-    pose->joint_e[n] = plus(clockwise_derivative(n, pose->crank_cd),
-                            link_derivative(n, abd->second_rate, pose->arm));
-    solve_first_rate(n, &linkage->efg, scaled(-1.0, pose->joint_e[n]), efg);
-    pose->tip[n] = plus(pose->joint_e[n], link_derivative(n, efg->first_rate, pose->nozzle));
+    take_base_derivative(n, clockwise_derivative(n, pose->base_turning), abd);
+    solve_second_rate(n, &linkage->abd, abd);
+    pose->joint_e[n] =
+        derivative_beyond(n, clockwise_derivative(n, pose->crank_cd), abd->second_rate, pose->arm);
+    take_base_derivative(n, scaled(-1.0, pose->joint_e[n]), efg);
+    solve_first_rate(n, &linkage->efg, efg);
+    pose->tip[n] = derivative_beyond(n, pose->joint_e[n], efg->first_rate, pose->nozzle);
     pose->order = n;
 }
 
@@ -228,18 +230,26 @@ void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order)
         differentiate_once(4, linkage, pose);
 }
 
+Vector linkage_first_link(const LinkageDyad *dyad) {
+    return on_link(dyad->along_first, dyad, dyad->base);
+}
+
+Vector linkage_second_link(const LinkageDyad *dyad) {
+    return on_link(dyad->along_second, dyad, dyad->base);
+}
+
 double linkage_nozzle_angle(const Linkage *linkage, const LinkagePose *pose) {
-    Vector upward = turned(linkage->unit_ij, pose->efg.first);
+    Vector upward = turned(linkage->unit_ij, linkage_first_link(&pose->efg));
     /* i times I->J is forward where the nozzle points straight down */
     return atan2(-upward.x, upward.y) - QUARTER_TURN;
 }
 
 double linkage_transmission(const LinkageSides *sides, const LinkageDyad *dyad, int order) {
-    double sine = -dyad->determinant * sides->reciprocal_product;
+    double sine = 0.5 * dyad->four_areas * sides->reciprocal_product;
     if (order == 0)
         return sine;
     /* the angle between the links grows by the difference of their rates */
-    double cosine = dot(dyad->first, dyad->second) * sides->reciprocal_product;
+    double cosine = dyad->links_product * sides->reciprocal_product;
     double rate = dyad->second_rate[1] - dyad->first_rate[1];
     if (order == 1)
         return -cosine * rate;

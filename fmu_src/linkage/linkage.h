@@ -56,8 +56,9 @@ typedef struct {
 
 /* A geometry made ready; linkage_prepare fills it, all else reads it. */
 typedef struct {
-    Vector crank_cd;   /* L4 e(phi4): D - C at phi = 0 */
-    Vector base_ad;    /* L4 e(phi4) - L1 e(phi1): D - A - C at phi = 0 */
+    /* at phi = 0 and turned on, clockwise, by one, two and three quarter turns: */
+    Vector crank_cd[4]; /* L4 e(phi4): D - C */
+    Vector base_ad[4];  /* L4 e(phi4) - L1 e(phi1): D - A - C */
     Vector pivot_c;    /* C - O */
     Vector pivot_cg;   /* G - C */
     Vector arm;        /* (L5/L3) e(-theta3): E - D = arm (B - D) */
@@ -68,16 +69,21 @@ typedef struct {
     Vector unit_oa, unit_cd, unit_de, unit_hi, unit_ij;
 } Linkage;
 
-/* A dyad in one pose: two links from the ends of a base to their common joint.
+/* A dyad in one pose: two links from the ends of a base to their common joint, on the right of
+ * the base. As complex numbers, first = (along_first - i height) base, and second likewise.
  * rate[n] is the n-th derivative, by phi, of the link's angle; the rates of AB and GF, which
  * carry nothing further, are there one order later than those of DB and EF. */
 typedef struct {
-    Vector first;        /* from the start of the base to the joint: AB, EF */
-    Vector second;       /* from the end of the base to the joint: DB, GF */
-    double determinant;  /* first x second, negative: base times height */
-    double reciprocal_determinant;
-    double first_rate[LINKAGE_MAX_ORDER + 1];
-    double second_rate[LINKAGE_MAX_ORDER + 1];
+    Vector base;                      /* A->D, E->G */
+    double base_squared;
+    double along_first, along_second; /* the links' parts along the base, over its length */
+    double four_areas, per_area;      /* of the triangle; height = four_areas per_area */
+    double height;                    /* over the base's length; from order 1 on, as what follows */
+    double reciprocal_determinant;    /* 1 / (first x second), negative */
+    double base_along, base_across;   /* base . base^(n), height (base x base^(n)): n the order */
+    double links_product;             /* first . second, from order 2 on */
+    double first_rate[LINKAGE_MAX_ORDER + 1];  /* of AB, EF */
+    double second_rate[LINKAGE_MAX_ORDER + 1]; /* of DB, GF */
 } LinkageDyad;
 
 /* One pose and what has been computed of it. Fields beyond `order` hold nothing. */
@@ -106,6 +112,11 @@ INTERNAL LinkageClosure linkage_place(const Linkage *linkage, double phi, Linkag
 /* Raises a solved pose to derivatives up to `order` (at most LINKAGE_MAX_ORDER); what is there
  * already is kept. */
 INTERNAL void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order);
+
+/* A dyad's links as vectors: from the start of the base to the joint, AB or EF; from its end, DB or
+ * GF. The pose is solved; no derivative is needed. */
+INTERNAL Vector linkage_first_link(const LinkageDyad *dyad);
+INTERNAL Vector linkage_second_link(const LinkageDyad *dyad);
 
 /* Direction of the nozzle axis I->J in rad, counter-clockwise from forward, in (-3pi/2, pi/2]:
  * the turn around straight down. Its derivatives by phi are pose->efg.first_rate[1...order]. */

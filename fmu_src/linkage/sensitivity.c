@@ -101,12 +101,13 @@ typedef struct {
 
 static Dyad dyad_series(int order, const LinkageDyad *dyad, const LinkageSides *sides,
                         double first_length, double second_length) {
+    Vector first = linkage_first_link(dyad), second = linkage_second_link(dyad);
     Dyad series = {
-        .first = turning(order, dyad->first_rate, dyad->first),
-        .second = turning(order, dyad->second_rate, dyad->second),
+        .first = turning(order, dyad->first_rate, first),
+        .second = turning(order, dyad->second_rate, second),
         .per_first = 1.0 / first_length,
         .per_second = 1.0 / second_length,
-        .cosine = dot(dyad->first, dyad->second) * sides->reciprocal_product,
+        .cosine = dot(first, second) * sides->reciprocal_product,
     };
     /* first x second = (i first) . second; its reciprocal term by term */
     VectorSeries across = left(order, &series.first);
@@ -166,8 +167,8 @@ static void take_apart(const Linkage *linkage, const LinkagePose *pose, double p
     parts->efg = dyad_series(order, &pose->efg, &linkage->efg, g->L6, g->L7);
     parts->oa = turning(order, clockwise_rate, turned(linkage->unit_oa, clockwise));
     parts->cd = turning(order, clockwise_rate, turned(linkage->unit_cd, clockwise));
-    Vector db = scaled(parts->abd.per_second, pose->abd.second);
-    Vector ef = scaled(parts->efg.per_first, pose->efg.first);
+    Vector db = scaled(parts->abd.per_second, parts->abd.second.at[0]);
+    Vector ef = scaled(parts->efg.per_first, parts->efg.first.at[0]);
     parts->de = turning(order, arm_rate, turned(linkage->unit_de, db));
     parts->ef = turning(order, nozzle_rate, ef);
     parts->hi = turning(order, nozzle_rate, turned(linkage->unit_hi, ef));
