@@ -23,8 +23,9 @@ build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
 	$(BIN)/python -m scenarios.partners.build
 
-bench: build   ## measure what a step costs, speed against error, and the hard cases
+bench: build $(VENV)/ready-bench   ## measure what a step costs, speed against error beside other packages, and the hard cases
 	$(BIN)/python -m tests.hosts.step_cost
+	$(BIN)/python -m tests.solving
 	$(BIN)/python -m scenarios.speed_vs_error
 	$(BIN)/python -m tests.hard_cases
 
@@ -42,11 +43,18 @@ $(VENV)/ready: requirements.lock pyproject.toml
 figure: build   ## draw the README's figure of error over step anew
 	$(BIN)/python -m scenarios.speed_vs_error --figure scenarios/speed_vs_error.svg
 
-lock:   ## resolve the dependencies anew into requirements.lock
+# The packages that `make bench` compares with. Without them it runs all the same and names them as missing.
+$(VENV)/ready-bench: requirements-bench.lock $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
+	    --requirement requirements-bench.lock && touch $@ || echo "make bench: other packages could not be installed"
+
+lock:   ## resolve the dependencies anew into requirements.lock and requirements-bench.lock
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install --quiet uv
 	$(VENV)-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
 	    --group dev --custom-compile-command 'make lock' --upgrade --output-file requirements.lock pyproject.toml
+	$(VENV)-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
+	    --group bench --constraint requirements.lock --custom-compile-command 'make lock' --upgrade --output-file requirements-bench.lock
 	rm -rf $(VENV)-lock
 
 clean:   ## delete what was produced, and the environment

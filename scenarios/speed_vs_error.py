@@ -280,7 +280,7 @@ def scene_table(costs: Costs) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 def write_tables(output: Path, results: Results) -> list[Path]:
     """Write the Markdown report and the CSV files; returns their paths."""
     errors = results.coupling
-    (output / "speed_vs_error.md").write_text(report(results), encoding="utf-8")
+    (output / "speed_vs_error.md").write_text(report(results, solving_part(output)), encoding="utf-8")
     reports.write_csv(
         output / "coupling.csv",
         ("profile", "rung", "step_ms", "steps_per_s", *(f"{kind}_{name}_{unit}" for kind in ("worst", "median")
@@ -317,8 +317,16 @@ def write_tables(output: Path, results: Results) -> list[Path]:
     return [output / name for name in names]
 
 
-def report(results: Results) -> str:
-    """The Markdown report."""
+def solving_part(output: Path) -> str:
+    """The section on solving, where it was measured: the core and its peers are not the scenario's to know."""
+    part = output / "solving.md"
+    if part.is_file():
+        return part.read_text(encoding="utf-8")
+    return "## Solving\n\nNot measured here: `make bench` measures one evaluation, ours beside other packages'.\n"
+
+
+def report(results: Results, solving: str) -> str:
+    """The Markdown report; ``solving`` is its section of that name."""
     errors, table = results.coupling, reports.markdown_table
     low, high = ORDER_RANGE_MS
     parts = [
@@ -360,6 +368,7 @@ def report(results: Results) -> str:
               f"its lag, which grows with its fourth power.{smoothed_cost}", "",
               table(*smoothing_table(results.smoothing)),
               "![What smoothing buys and costs](smoothing.png)", ""]
+    parts += [solving]
     parts += ["## Scenes", ""]
     if results.c_host is None:
         parts += [f"Not measured: the C host could not be built or run here ({results.why.partition(chr(10))[0]}).", ""]

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from scenarios import coupling, crank_profiles, scene_cost
+from scenarios import coupling, crank_profiles, scene_cost, speed_vs_error
 from scenarios.coupling import RUNGS, STEPS_MS
 from scenarios.crank_profiles import PLANTING_SPEED, PROFILES, Motion
 from scenarios.speed_vs_error import number
@@ -222,6 +222,12 @@ def test_the_report_names_the_machine_and_shows_its_figures(finished: Finished) 
     for name in FILES:
         assert f"({name})" in text or not name.endswith(".png")
     assert "nan |" not in text and "inf" not in text
+
+
+def test_the_section_on_solving_is_part_of_the_report(finished: Finished, tmp_path: Path) -> None:
+    assert (finished.output / "speed_vs_error.md").read_text(encoding="utf-8").count("## Solving\n\nNot measured here") == 1
+    (tmp_path / "solving.md").write_text("## Solving\n\nMeasured.\n", encoding="utf-8")
+    assert speed_vs_error.solving_part(tmp_path) == "## Solving\n\nMeasured.\n"
 
 
 @pytest.mark.parametrize(("value", "text"), [
