@@ -107,16 +107,19 @@ class Instance3(Instance):
         self.messages: list[Message] = []
         self._states: list[c_void_p] = []
         self._start: tuple[float, float | None] = (0.0, None)
+        self._failure: BaseException | None = None
         self.slave = fmu.load(name)
-        self.name = name
 
         def receive(environment, status, category, text):
             self.messages.append(Message(name or "none", status, category.decode(), text.decode()))
 
         def update(environment, time, set_requested, get_allowed, finished, can_return, requested, early_time):
-            wanted = intermediate(self, time, set_requested, get_allowed, finished, can_return)
-            if wanted is not None:
-                requested[0], early_time[0] = True, wanted
+            try:
+                wanted = intermediate(self, time, set_requested, get_allowed, finished, can_return)
+                if wanted is not None:
+                    requested[0], early_time[0] = True, wanted
+            except BaseException as problem:  # ctypes would only print it
+                self._failure = problem
 
         self._logger = fmi3LogMessageCallback(receive) if with_logger else fmi3LogMessageCallback()
         self._update = fmi3IntermediateUpdateCallback(update) if intermediate else fmi3IntermediateUpdateCallback()
@@ -192,6 +195,8 @@ class Instance3(Instance):
     def do_step(self, time: float, step: float) -> Step:
         event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double(math.nan)
         status = self.call("fmi3DoStep", time, step, True, byref(event), byref(terminate), byref(early), byref(last))
+        if self._failure is not None:
+            raise self._failure
         return Step(status, event.value, terminate.value, early.value, last.value)
 
     def try_step(self, time: float, step: float) -> int:
