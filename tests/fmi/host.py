@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import fmpy
 from fmpy import fmi2
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.model_description import ModelDescription
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
@@ -77,13 +77,27 @@ class Fmu:
         return [variable.name for variable in self.description.modelVariables if variable.causality == causality]
 
     def load(self, instance_name: str = "linkage") -> FMU2Slave:
-        """fmpy's own access to the binary, without an instance."""
-        return FMU2Slave(
-            instanceName=instance_name,
-            guid=self.description.guid,
-            unzipDirectory=str(self.folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-        )
+        """fmpy's own access to the binary, without an instance; it knows the functions of both interface types."""
+        slave = FMU2Slave(**self._location, instanceName=instance_name)
+        for name, (argument_types, result_type) in self._model_exchange_types.items():
+            function = getattr(slave.dll, name)
+            function.argtypes, function.restype = argument_types, result_type
+        return slave
+
+    @property
+    def _location(self) -> dict[str, str]:
+        return {
+            "guid": self.description.guid,
+            "unzipDirectory": str(self.folder),
+            "modelIdentifier": self.description.coSimulation.modelIdentifier,
+        }
+
+    @cached_property
+    def _model_exchange_types(self) -> dict[str, tuple]:
+        """The C types of functions that fmpy gives to its class for Model Exchange alone."""
+        library = FMU2Model(**self._location, instanceName="types").dll
+        functions = {name: getattr(library, name) for name in MODEL_EXCHANGE_FUNCTIONS}
+        return {name: (function.argtypes, function.restype) for name, function in functions.items()}
 
     def instance(self, name: str = "linkage", **options) -> Instance:
         """A new instance, with the arguments of Instance."""

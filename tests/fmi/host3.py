@@ -56,12 +56,7 @@ class Fmu3(Fmu):
         return self.folder / "binaries" / fmpy.platform_tuple / name
 
     def load(self, instance_name: str = "linkage") -> FMU3Slave:
-        return FMU3Slave(
-            instanceName=instance_name,
-            guid=self.description.guid,
-            unzipDirectory=str(self.folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-        )
+        return FMU3Slave(**self._location, instanceName=instance_name)
 
     def instance(self, name: str = "linkage", **options) -> Instance3:
         return Instance3(self, name, **options)
