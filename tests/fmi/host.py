@@ -132,6 +132,7 @@ class Instance:
         free: Callable[[int], None] | None = fmpy.free,
     ) -> None:
         self.fmu = fmu
+        self.model_exchange = model_exchange
         self.messages: list[Message] = []
         self._states: list[c_void_p] = []
         self.slave = fmu.load(name)

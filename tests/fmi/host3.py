@@ -99,6 +99,7 @@ class Instance3(Instance):
         with_logger: bool = True,
     ) -> None:
         self.fmu = fmu
+        self.model_exchange = model_exchange
         self.messages: list[Message] = []
         self._states: list[c_void_p] = []
         self._start: tuple[float, float | None] = (0.0, None)
