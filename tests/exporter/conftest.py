@@ -14,14 +14,20 @@ from fmu_src.exporter.compiler import PLATFORMS
 from tests.conftest import PROJECT_ROOT
 
 
+@pytest.fixture(scope="session", params=[2, 3], ids=["fmi2", "fmi3"])
+def fmi(request) -> int:
+    """The FMI version of what follows."""
+    return request.param
+
+
 @pytest.fixture(scope="session")
-def all_platforms_fmu(tmp_path_factory) -> Path:
+def all_platforms_fmu(fmi, tmp_path_factory) -> Path:
     """The FMU for every platform, cross-compiled once; the compiler keeps what it has done for the next time."""
-    return build_fmu(2, tmp_path_factory.mktemp("all platforms"), PLATFORMS.values())
+    return build_fmu(fmi, tmp_path_factory.mktemp("all platforms"), PLATFORMS.values())
 
 
 @pytest.fixture(scope="session")
-def all_platforms(all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
+def all_platforms(fmi, all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
     """The binaries in it by the platform's name."""
     folder = tmp_path_factory.mktemp("binaries")
     with zipfile.ZipFile(all_platforms_fmu) as archive:
@@ -29,7 +35,7 @@ def all_platforms(all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
     files: dict[str, Path] = {}
     for name, platform in PLATFORMS.items():
         file = folder / "binaries" / platform.folder / f"TransplanterLinkage{platform.suffix}"
-        if file in files.values():  # FMI 2.0 knows one processor family a system
+        if fmi == 3 or file in files.values():  # FMI 2.0 knows one processor family a system
             file = folder / "binaries" / platform.other_folder / file.name
         files[name] = file
     return files

@@ -10,7 +10,9 @@ from elftools.elf.dynamic import DynamicSection
 from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
 
-from tests.fmi.host import FUNCTIONS, MODEL_EXCHANGE_FUNCTIONS
+from tests.fmi import host, host3
+
+FUNCTIONS = {2: {*host.FUNCTIONS, *host.MODEL_EXCHANGE_FUNCTIONS}, 3: {*host3.FUNCTIONS}}
 
 OLDEST_LIBC = (2, 17)  # of 2012
 LIBRARIES = {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
@@ -27,14 +29,14 @@ def elf(library):
         yield ELFFile(file)
 
 
-def test_exports_are_the_functions_of_fmi(elf):
+def test_exports_are_the_functions_of_fmi(elf, fmi):
     """Nothing else: two FMUs in one process must not meet in a name."""
     exported = {
         symbol.name
         for symbol in elf.get_section_by_name(".dynsym").iter_symbols()
         if symbol["st_shndx"] != "SHN_UNDEF" and symbol["st_info"]["bind"] in ("STB_GLOBAL", "STB_WEAK")
     }
-    assert exported == {*FUNCTIONS, *MODEL_EXCHANGE_FUNCTIONS}
+    assert exported == FUNCTIONS[fmi]
 
 
 def test_needed_libraries(elf):

@@ -12,7 +12,9 @@ from elftools.elf.elffile import ELFFile
 
 from fmu_src.exporter import compiler
 from fmu_src.exporter.compiler import PLATFORMS, CompileError, compile_library, host_platform
-from tests.fmi.host import FUNCTIONS, MODEL_EXCHANGE_FUNCTIONS
+from tests.fmi import host, host3
+
+FUNCTIONS = {2: {*host.FUNCTIONS, *host.MODEL_EXCHANGE_FUNCTIONS}, 3: {*host3.FUNCTIONS}}
 
 # FMI 2.0.4, section 2.3 for the first three; the others as fmpy and the FMI cross-checks name them.
 FOLDERS = {
@@ -22,15 +24,23 @@ FOLDERS = {
     "aarch64-linux": ("aarch64-linux", ".so"),
     "aarch64-macos": ("aarch64-darwin", ".dylib"),
 }
+FMI3_FOLDERS = {  # FMI 3.0, section 2.5.1.4: platform tuples
+    "x86_64-linux": ("x86_64-linux", ".so"),
+    "x86_64-windows": ("x86_64-windows", ".dll"),
+    "x86_64-macos": ("x86_64-darwin", ".dylib"),
+    "aarch64-linux": ("aarch64-linux", ".so"),
+    "aarch64-macos": ("aarch64-darwin", ".dylib"),
+}
 MACH_O_64 = 0xFEEDFACF
 MACH_O_LIBRARY = 6
 
 
-def test_all_are_there(all_platforms_fmu, interface):
+def test_all_are_there(all_platforms_fmu, interface, fmi):
     with zipfile.ZipFile(all_platforms_fmu) as archive:
         binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
-    assert binaries == {f"binaries/{folder}/{interface.model.name}{suffix}" for folder, suffix in FOLDERS.values()}
-    assert set(PLATFORMS) == set(FOLDERS)
+    folders = FOLDERS if fmi == 2 else FMI3_FOLDERS
+    assert binaries == {f"binaries/{folder}/{interface.model.name}{suffix}" for folder, suffix in folders.values()}
+    assert set(PLATFORMS) == set(folders)
 
 
 @pytest.mark.parametrize(("name", "machine"), [("x86_64-linux", "EM_X86_64"), ("aarch64-linux", "EM_AARCH64")])
@@ -40,7 +50,7 @@ def test_linux(all_platforms, name, machine):
         assert (elf.header.e_type, elf.header.e_machine, elf.elfclass) == ("ET_DYN", machine, 64)
 
 
-def test_windows(all_platforms):
+def test_windows(all_platforms, fmi):
     """A 64-bit DLL that exports the functions of FMI and imports the system's libraries alone."""
     content = all_platforms["x86_64-windows"].read_bytes()
     assert content[:2] == b"MZ"
@@ -48,7 +58,7 @@ def test_windows(all_platforms):
     machine, _, _, _, _, _, characteristics = struct.unpack_from("<HHIIIHH", content, header + 4)
     assert content[header : header + 4] == b"PE\0\0" and machine == 0x8664 and characteristics & 0x2000
     exports, imports = pe_tables(content, header)
-    assert exports == {*FUNCTIONS, *MODEL_EXCHANGE_FUNCTIONS}
+    assert exports == FUNCTIONS[fmi]
     assert all(name.lower().startswith(("api-ms-win-crt-", "kernel32", "ntdll", "msvcrt")) for name in imports), imports
 
 
@@ -80,7 +90,7 @@ def pe_tables(content: bytes, header: int) -> tuple[set[str], set[str]]:
 
 
 @pytest.mark.parametrize(("name", "processor"), [("x86_64-macos", 0x01000007), ("aarch64-macos", 0x0100000C)])
-def test_macos(all_platforms, name, processor):
+def test_macos(all_platforms, name, processor, fmi):
     """A 64-bit library for the processor, which needs the system's library alone."""
     content = all_platforms[name].read_bytes()
     magic, cpu, _, kind, commands = struct.unpack_from("<IIIII", content)
@@ -93,7 +103,7 @@ def test_macos(all_platforms, name, processor):
             needed.add(content[start : content.index(b"\0", start)].decode())
         place += size
     assert needed == {"/usr/lib/libSystem.B.dylib"}
-    for function in FUNCTIONS + MODEL_EXCHANGE_FUNCTIONS:
+    for function in FUNCTIONS[fmi]:
         assert f"_{function}\0".encode() in content
 
 
