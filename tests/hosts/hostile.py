@@ -1,6 +1,6 @@
 """Long and hostile runs of small C hosts: `python -m tests.hosts.hostile`, which is `make soak`.
 
-The fuzzer (fuzz.c) is linked with the component's sources under the sanitizers of the system's C
+The fuzzers (fuzz.c, fuzz3.c) are linked with the component's sources under the sanitizers of the system's C
 compiler, where there is one that has them; the season of planting (soak.c) runs the built FMU.
 tests/hosts/test_hostile.py runs the same for some seconds.
 """
@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 import zipfile
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ from fmu_src.interface import load_interface
 HERE = Path(__file__).parent
 FMU = HERE.parents[1] / "build" / "fmi2" / "TransplanterLinkage.fmu"
 SEASON = 720_000_000  # steps of 1 ms: 200 hours
+FUZZERS = {2: "fuzz.c", 3: "fuzz3.c"}
 SANITIZERS = {"memory": "-fsanitize=address,undefined", "threads": "-fsanitize=thread"}
 
 
@@ -38,13 +40,14 @@ class Season(NamedTuple):
     time: float
 
 
-def build_fuzzer(folder: Path, sanitizer: str) -> Path:
-    """The fuzzer under a sanitizer of SANITIZERS, by the system's own compiler: ziglang brings none."""
+def build_fuzzer(folder: Path, sanitizer: str, version: int = 2) -> Path:
+    """The fuzzer of an FMI version under a sanitizer of SANITIZERS, by the system's own compiler: ziglang brings none."""
     cc = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     if cc is None:
         raise NoSanitizer("there is no C compiler on this system")
-    program = folder / f"fuzz_{sanitizer}"
-    sources = [HERE / "fuzz.c", *compiler.LINKAGE_SOURCES, *compiler.COMPONENT_SOURCES, compiler.SOURCE_ROOT / "fmi" / "fmi2.c"]
+    program = folder / f"fuzz{version}_{sanitizer}"
+    adaptor = compiler.SOURCE_ROOT / "fmi" / f"fmi{version}.c"
+    sources = [HERE / FUZZERS[version], *compiler.LINKAGE_SOURCES, *compiler.COMPONENT_SOURCES, adaptor]
     command = [
         cc, "-std=c99", "-g", "-O1", SANITIZERS[sanitizer], "-fno-sanitize-recover=all",
         "-I", compiler.SOURCE_ROOT, "-I", compiler.FMI_HEADERS, "-o", program, *sources, "-lm", "-lpthread",
@@ -79,14 +82,15 @@ def plant(folder: Path, steps: int) -> Season:
 def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for sanitizer, threads in (("memory", 1), ("threads", 4)):
+        for version, (sanitizer, threads) in product(FUZZERS, (("memory", 1), ("threads", 4))):
+            name = f"fuzzer of FMI {version}.0, {sanitizer}"
             try:
-                program = build_fuzzer(folder, sanitizer)
+                program = build_fuzzer(folder, sanitizer, version)
             except NoSanitizer as reason:
-                print(f"fuzzer under the sanitizer for {sanitizer}: left out: {reason}")
+                print(f"{name}: left out: {reason}")
                 continue
             for seed in range(1, 6):
-                print(f"fuzzer, {sanitizer}, seed {seed}: {fuzz(program, seed, 1_000_000, threads)}", flush=True)
+                print(f"{name}, seed {seed}: {fuzz(program, seed, 1_000_000, threads)}", flush=True)
         begin = time.perf_counter()
         season = plant(folder, SEASON)
         print(

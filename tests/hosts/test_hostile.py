@@ -12,11 +12,12 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("hostile")
 
 
+@pytest.mark.parametrize("fmi", hostile.FUZZERS)
 @pytest.mark.parametrize(("sanitizer", "seeds", "calls", "threads"), [("memory", 4, 200_000, 1), ("threads", 2, 50_000, 4)])
-def test_any_sequence_of_calls(folder, sanitizer, seeds, calls, threads):
-    """No crash, no leak, no undefined behaviour, no race; refused calls leave no trace (see fuzz.c)."""
+def test_any_sequence_of_calls(folder, fmi, sanitizer, seeds, calls, threads):
+    """No crash, no leak, no undefined behaviour, no race; refused calls leave no trace (see fuzz.h)."""
     try:
-        program = hostile.build_fuzzer(folder, sanitizer)
+        program = hostile.build_fuzzer(folder, sanitizer, fmi)
     except hostile.NoSanitizer as reason:
         pytest.skip(str(reason))
     for seed in range(seeds):
