@@ -39,7 +39,7 @@ FACTOR = 10  # the linkage's own error is to be so many times below the rest's
 
 @dataclass(frozen=True)
 class Results:
-    """What a run found; ``study`` is None where it was left out."""
+    """What a run found; ``study`` is None where it was left out, or where an FMU does not offer what it needs."""
 
     row: Row
     record: Record
@@ -128,7 +128,7 @@ def run(system_file: Path, output: Path, plants: int = PLANTS, master: str = MAS
               bar_format="{l_bar}{bar}| {n:.0f}/{total:.0f} {unit} [{elapsed}<{remaining}]") as bar:
         record = row_run.run(row.system, master, step_ms * 1e-3, row.stop, bar.update)
     study = None
-    if with_study:
+    if with_study and not set(row_study.WATCHED) & set(record.not_offered):
         span = row_study.seconds(row_run.row_of(system, row_study.PLANTS).stop)
         with tqdm(total=span, desc="error against step", leave=False, disable=None, delay=1.0,
                   bar_format="{l_bar}{bar}| [{elapsed}<{remaining}]") as bar:
@@ -185,7 +185,8 @@ def balance(results: Results) -> list[tuple[str, str, str]]:
     ends += [("not accounted for: error of the coupling, at the end", float(record.imbalance[-1])),
              ("... and at most", float(abs(record.imbalance).max()))]
     share = 100 / given if given else math.nan
-    return [(label, f"{value + 0.0:.2f}", f"{share * value + 0.0:.2f} %") for label, value in ends]
+    return [(label, f"{value + 0.0:.2f}", f"{share * value + 0.0:.2f} %" if math.isfinite(share) else "") if math.isfinite(value)
+            else (label, "not offered", "") for label, value in ends]
 
 
 def small(metres: float) -> str:

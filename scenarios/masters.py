@@ -34,6 +34,10 @@ SMALLEST_STEP = 1e-4  # s, of the controlled master
 WARNING = 1           # FMI status
 
 
+class NoRollback(SystemFault):
+    """An FMU of the system does not offer what controlled steps need."""
+
+
 class Slave:
     """One FMU in its place: loaded, and addressed by the names of the system.
 
@@ -89,6 +93,8 @@ class Slave:
     def set(self, name: str, value: Value) -> None:
         """A parameter, or the start of an input."""
         variable = self.variable(name)
+        if variable.causality not in ("parameter", "input") and variable.start is None:
+            raise SystemFault(f"{self.name}.{name} cannot be set: it is of causality {variable.causality}.")
         fitting = {"Real": (int, float), "Integer": (int,), "Boolean": (bool,)}.get(_kind(variable), ())
         if type(value) not in fitting:
             raise SystemFault(f"{self.name}.{name} cannot be set to {value!r}: it is of type {variable.type}.")
@@ -224,6 +230,8 @@ class CoSimulation:
         for slave in self.slaves:
             slave.call("to be set up", slave.fmu.setupExperiment, None, self.start)
         for port, value in self.system.parameters.items():
+            if port in self.system.connections:
+                raise SystemFault(f"{port} cannot be set: it is connected to {self.system.connections[port]}.")
             self._slave(port).set(port.variable, value)
         for slave in self.slaves[1:]:
             if at_step_end and slave.component.at_step_end:
@@ -340,7 +348,7 @@ def controlled_steps(row: CoSimulation, master: Master, stop: float, longest: fl
     unable = [s.name for s in row.slaves if not s.description.coSimulation.canGetAndSetFMUstate
               or not s.description.coSimulation.canHandleVariableCommunicationStepSize]
     if unable:
-        raise SystemFault("Steps can be controlled only where every FMU offers its state and takes steps of any length; "
+        raise NoRollback("Steps can be controlled only where every FMU offers its state and takes steps of any length; "
                           f"not so: {', '.join(unable)}.")
     if not any(row.tolerances):
         raise SystemFault("Steps can be controlled only where step_control names the unit of a connected output.")

@@ -51,7 +51,8 @@ def draw_row(record: Record, spacing: float) -> Figure:
     first = (holes[0].plant_x if holes else 0.0) - spacing / 2
     x, y = record["linkage.ground.x"], record["linkage.ground.y"]
     ridge = y + record["soil.tip.depth"]
-    mean = float(np.nanmean(ridge))
+    ridge = np.where(np.isfinite(ridge), ridge, y.min())  # a soil may not offer the depth
+    mean = float(ridge.mean())
     bottom, top = mean - 0.16, mean + 0.29
     scale = 15.0 / wide  # inches a metre
     tall = (top - bottom) * scale
@@ -118,7 +119,7 @@ def draw_turn(record: Record) -> Figure:
     heights.plot(phi, of("linkage.ground.y") + of("soil.tip.depth"), color=EARTH_EDGE, linewidth=1.4,
                  linestyle=(0, (6, 3)), label="ridge below the tip")
     falling = of("conveyor.seedling.y")
-    rest = np.nanmax(falling) if len(falling) else np.nan
+    rest = np.max(falling, initial=-np.inf)
     heights.plot(phi, np.where(falling < rest, falling, np.nan), color=GREEN, linewidth=2.0, label="falling seedling")
     loaded = of("conveyor.seedling.in_nozzle")
     heights.fill_between(phi, 0, 1, where=loaded > 0, transform=heights.get_xaxis_transform(), color=GREEN, alpha=0.10,

@@ -21,12 +21,13 @@ import numpy as np
 from scenarios import row_run
 from scenarios.coupling import Linkage, UnpackedFmu
 from scenarios.crank_profiles import Motion
+from scenarios.masters import NoRollback
 from scenarios.row_run import CONTROLLED, Record
 from scenarios.system import System
 
 STEPS_MS = (1.0, 2.0, 5.0, 10.0)
 TRUTH_MS = 0.2
-TOLERANCES = (1.0, 0.1, 0.01)
+TOLERANCES = (10.0, 1.0, 0.1)
 CONTROLLED_MS = 1.5  # about what the controlled master takes a step
 PLANTS = 3
 WATCHED = ("drivetrain.crank.phi", "drivetrain.machine.s", "linkage.ground.x", "linkage.ground.y",
@@ -151,7 +152,10 @@ def measure(system: System, done: Callable[[float], object]) -> Study:
         controlled = []
         for tolerance in TOLERANCES:
             way = Way(f"controlled_{tolerance:g}", f"steps controlled, tolerance {tolerance:g}", CONTROLLED)
-            record = run(best, CONTROLLED_MS, tolerance)
+            try:
+                record = run(best, CONTROLLED_MS, tolerance)
+            except NoRollback:
+                break
             controlled.append(errors(way, float(stop) / record.steps_done, record))
         return Study(tuple(known(w, s) for w in MASTERS for s in STEPS_MS), tuple(controlled),
                      tuple(known(w, s) for w in LINKAGE for s in STEPS_MS),

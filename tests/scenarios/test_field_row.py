@@ -1,0 +1,367 @@
+"""The field row: masters, swapped FMUs, what the scene finds and writes, what it says when it cannot run."""
+
+from __future__ import annotations
+
+import csv
+import math
+import shutil
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu_src.exporter.compiler import compile_library, host_platform
+from scenarios import field_row, row_run, row_study
+from scenarios.masters import CoSimulation, Slave, controlled_steps, extrapolated, fixed_steps, jacobi
+from scenarios.partners.build import build
+from scenarios.row_run import EMPTY, MISSED, PLANTED, Record
+from scenarios.system import ROW, Port, System, SystemFault, load_system
+
+ROOT = Path(__file__).resolve().parents[2]
+FMU = ROOT / "build" / "fmi2" / "TransplanterLinkage.fmu"
+ONE_PLANT = 2.4  # s: the first hole lies behind
+
+
+@pytest.fixture(scope="module")
+def system() -> System:
+    if not FMU.is_file():
+        pytest.fail(f"There is no {FMU.relative_to(ROOT)}: run `make test`, which builds it, or `make build`.",
+                    pytrace=False)
+    build()
+    return load_system()
+
+
+@pytest.fixture(scope="module")
+def truth(system) -> Record:
+    return row_run.run(system, "extrapolated", 0.5e-3, ONE_PLANT)
+
+
+def worst_error(record: Record, truth: Record) -> float:
+    true = np.interp(record.time, truth.time, row_study.place(truth))
+    return float(abs(row_study.place(record) - true).max())
+
+
+# --- masters ------------------------------------------------------------------------------------
+
+def test_orders_of_masters_and_of_the_energy(system, truth):
+    def of(master: str, step: float) -> tuple[float, float]:
+        record = row_run.run(system, master, step, ONE_PLANT)
+        return worst_error(record, truth), float(abs(record.imbalance).max())
+
+    for master, order in (("jacobi", 1), ("gauss-seidel", 1), ("extrapolated", 2)):
+        (coarse, coarse_energy), (fine, fine_energy) = of(master, 4e-3), of(master, 2e-3)
+        assert math.log2(coarse / fine) == pytest.approx(order, abs=0.35), master
+        assert math.log2(coarse_energy / fine_energy) == pytest.approx(order, abs=0.35), master
+        assert fine < {1: 2e-4, 2: 4e-5}[order], master
+    assert abs(truth.imbalance).max() < 2e-3  # J, of about 10
+    assert truth["drivetrain.energy.tractor"][-1] > 9
+
+
+def test_masters_agree_where_steps_are_small(system, truth):
+    """Jacobi at two steps, taken to the limit, comes to the same truth."""
+    fine, coarse = (row_run.run(system, "jacobi", h, ONE_PLANT) for h in (1e-3, 2e-3))
+    limit = 2 * row_study.place(fine)[::2] - row_study.place(coarse)
+    assert abs(limit - row_study.place(truth)[::4]).max() < 6e-6
+
+
+def test_controlled_steps_keep_what_they_are_told(system, truth):
+    loose, tight = (row_run.run(system, "controlled", 0.0, ONE_PLANT, tolerance=t) for t in (10.0, 0.3))
+    assert worst_error(loose, truth) < 5e-5 and 3 * worst_error(tight, truth) < worst_error(loose, truth)
+    assert loose.steps_done < tight.steps_done
+    assert len(loose.time) - 1 < loose.steps_done / 3 + 1  # each step is three
+    steps = np.diff(tight.time)
+    assert steps.min() < 1e-3 < 4e-3 < steps.max() <= 5e-3 + 1e-12
+    assert loose.time[-1] == pytest.approx(ONE_PLANT, abs=1e-9)
+    # the same fixed step costs as many steps, and errs more
+    same = row_run.run(system, "extrapolated", round(ONE_PLANT / tight.steps_done, 4), ONE_PLANT)
+    assert worst_error(same, truth) > 1.5 * worst_error(tight, truth)
+
+
+def test_a_step_taken_back_leaves_nothing_behind(system):
+    with CoSimulation(system, row_run.WATCHED) as row:
+        for _ in fixed_steps(row, extrapolated, 1.3, 0.005):
+            pass
+        saved, ends = row.save(), []
+        for _ in range(2):
+            row.restore(saved)
+            for i in range(40):
+                extrapolated(row, 1.3 + i * 0.004, 0.004)
+            ends.append(row.values())
+        row.free(saved)
+    assert ends[0] == ends[1]
+
+
+def test_rates_bring_the_linkages_own_error_below_the_rest(system):
+    """With angle, speed and acceleration connected, Jacobi steps of 5 ms: ten times below the rest of the system."""
+    truth = row_run.run(system, "extrapolated", 0.5e-3, ONE_PLANT)
+    with row_study.UnpackedFmu(FMU) as folder, row_study.Linkage(folder, "true") as linkage:
+        found = {}
+        for way in row_study.LINKAGE:
+            record = row_run.run(way.of(system), "jacobi", 5e-3, ONE_PLANT)
+            exact = row_study.true_place(linkage, record)
+            true = np.interp(record.time, truth.time, row_study.place(truth))
+            found[way.key] = abs(row_study.place(record) - exact).max(), abs(exact - true).max()
+    own, rest = found["rates"]
+    assert rest > 10 * own
+    assert found["held"][0] > 8e-3 > 100 * own
+    assert own <= found["angle_speed"][0] * 1.001 < found["angle"][0]
+
+
+# --- systems ------------------------------------------------------------------------------------
+
+FOREIGN_XML = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="ForeignDrive" guid="{{foreign}}">
+  <CoSimulation modelIdentifier="ForeignDrive" canHandleVariableCommunicationStepSize="true"/>
+  <UnitDefinitions>
+    <Unit name="N.m"><BaseUnit kg="1" m="2" s="-2"/></Unit>
+    <Unit name="deg"><BaseUnit rad="1" factor="0.017453292519943295"/></Unit>
+    <Unit name="rpm"><BaseUnit rad="1" s="-1" factor="0.10471975511965977"/></Unit>
+    <Unit name="km/h"><BaseUnit m="1" s="-1" factor="0.2777777777777778"/></Unit>
+    <Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit><Unit name="s"><BaseUnit s="1"/></Unit>
+  </UnitDefinitions>
+  <ModelVariables>{variables}</ModelVariables>
+  <ModelStructure><Outputs><Unknown index="2"/><Unknown index="3"/><Unknown index="4"/></Outputs></ModelStructure>
+</fmiModelDescription>"""
+FOREIGN_VARIABLES = (("load.torque", "input", "N.m", 0), ("shaft.angle", "output", "deg", None),
+                     ("shaft.speed", "output", "rpm", None), ("way.speed", "output", "km/h", None),
+                     ("turns.per_minute", "parameter", "rpm", 65), ("plants.apart", "parameter", "mm", 400),
+                     ("breaks.at", "parameter", "s", 1e9))
+FOREIGN_ROW = """
+[components.drivetrain.names]
+"crank.tau" = "load.torque"
+"crank.phi" = "shaft.angle"
+"crank.w" = "shaft.speed"
+"machine.v" = "way.speed"
+"""
+
+
+@pytest.fixture(scope="module")
+def foreign_drive(tmp_path_factory) -> Path:
+    """A drive in C, with names, units and abilities of its own."""
+    folder = tmp_path_factory.mktemp("foreign")
+    platform = host_platform()
+    library = folder / f"ForeignDrive{platform.suffix}"
+    compile_library((Path(__file__).with_name("foreign_drive.c"),), library, platform)
+    variables = "".join(
+        f'<ScalarVariable name="{name}" valueReference="{i}" causality="{kind}"'
+        f'{" variability=" + chr(34) + "fixed" + chr(34) if kind == "parameter" else ""}>'
+        f'<Real unit="{unit}"{"" if start is None else f" start={chr(34)}{start}{chr(34)}"}/></ScalarVariable>'
+        for i, (name, kind, unit, start) in enumerate(FOREIGN_VARIABLES))
+    fmu = folder / "ForeignDrive.fmu"
+    with zipfile.ZipFile(fmu, "w") as archive:
+        archive.writestr("modelDescription.xml", FOREIGN_XML.format(variables=variables))
+        archive.write(library, f"binaries/{platform.folder}/{library.name}")
+    return fmu
+
+
+@pytest.fixture(scope="module")
+def foreign_row(foreign_drive, tmp_path_factory) -> Path:
+    """The row's file with the drive swapped: its FMU, its names, what it does not have."""
+    lines = ROW.read_text(encoding="utf-8").replace("../build/partners/Drivetrain.fmu", foreign_drive.as_posix())
+    lines = lines.replace('"../build/', f'"{(ROOT / "build").as_posix()}/')
+    kept = [line for line in lines.splitlines()
+            if not line.startswith(('"drivetrain.tip.fx"', '"linkage.crank.a"', '"drivetrain.plant', '"drivetrain.speed'))]
+    file = tmp_path_factory.mktemp("row") / "mine.toml"
+    file.write_text("\n".join(kept).replace("[connections]", FOREIGN_ROW + "\n[connections]"), encoding="utf-8")
+    return file
+
+
+def test_a_foreign_drive_plants_by_a_mapping_in_one_place(system, foreign_row):
+    mine = load_system(foreign_row)
+    record = row_run.run(mine, "jacobi", 5e-3, 4.0)
+    turns = 65 / 60
+    assert record["drivetrain.crank.phi"] == pytest.approx(-90 + 360 * turns * record.time, abs=1e-9)  # its own unit
+    assert record["linkage.machine.s"] == pytest.approx(0.4 * turns * record.time, abs=1e-12)          # converted
+    places = [hole.plant_x for hole in record.holes]
+    assert len(places) == 4
+    assert np.diff(places) == pytest.approx(0.4, abs=1e-6)
+    # at constant speed our own drivetrain, stiff and undisturbed, plants at the same places from some turn on
+    assert "drivetrain.energy.tractor" in record.not_offered
+    assert "drivetrain.crank.w" not in record.not_offered
+
+
+def test_the_scene_runs_with_a_foreign_drive(foreign_row, tmp_path, capsys):
+    assert field_row.main(["--system", str(foreign_row), "--plants", "2", "--output", str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "Not offered by the FMUs, and left out: drivetrain.machine.s" in " ".join(said.out.split())
+    assert not (tmp_path / "errors.csv").exists()  # the study needs what this drive does not offer
+    text = (tmp_path / "field_row.md").read_text(encoding="utf-8")
+    assert "nan" not in text.lower()
+
+
+def test_what_cannot_go_back_is_named(foreign_row):
+    with pytest.raises(SystemFault, match="every FMU offers its state.*not so: drivetrain"), \
+            CoSimulation(load_system(foreign_row)) as row:
+        next(controlled_steps(row, jacobi, 1.0, 5e-3))
+
+
+def test_an_fmu_that_fails_in_mid_run_says_when_and_why(foreign_row):
+    mine = load_system(foreign_row).with_parameters({"drivetrain.breaks.at": 0.73})
+    with pytest.raises(SystemFault, match=r"^drivetrain failed at t = 0.7200 s, in a step of 20 ms: the shear pin is broken$"):
+        row_run.run(mine, "jacobi", 0.02, 2.0)
+
+
+def test_the_linkage_that_cannot_close_says_so(system):
+    with pytest.raises(SystemFault, match=r"^linkage failed .*cannot be closed: dyad ABD.*73.9\d* mm"):
+        row_run.run(system.with_parameters({"linkage.geometry.L2": 0.01}), "jacobi", 0.01, 1.0)
+
+
+def test_python_partners_say_what_python_said(system):
+    with pytest.raises(SystemFault, match=r"^soil failed to initialize: ValueError\('tip.width is 0: it must be positive'\)$"):
+        row_run.run(system.with_parameters({"soil.tip.width": 0.0}), "jacobi", 0.01, 1.0)
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda s: s.with_parameters({"soil.tip.widht": 1.0}), r"Soil.fmu has no variable 'tip.widht'; did you mean tip.width"),
+    (lambda s: s.with_parameters({"soyl.tip": 1.0}), r"'soyl.tip' is not component.variable; components are drivetrain"),
+    (lambda s: s.with_parameters({"conveyor.cups.count": 2.5}), r"cups.count cannot be set to 2.5: it is of type Integer"),
+    (lambda s: s.with_parameters({"soil.soil.n": True}), r"soil.n cannot be set to True: it is of type Real"),
+    (lambda s: s.with_parameters({"soil.tip.depth": 1.0}), r"soil.tip.depth cannot be set: it is of causality output"),
+    (lambda s: s.with_parameters({"soil.ground.x": 1.0}), r"soil.ground.x cannot be set: it is connected to linkage.ground.x"),
+    (lambda s: connected(s, "linkage.tip.fx", "conveyor.cups.opened"), None),
+    (lambda s: connected(s, "soil.seedling.in_nozzle", "linkage.tip.x"), r"a Real cannot be given to a Boolean"),
+    (lambda s: connected(s, "linkage.tip.fx", "linkage.tip.x"), r"linkage.tip.fx = linkage.tip.x: m cannot be converted to N"),
+    (lambda s: connected(s, "linkage.tip.x", "soil.tip.fx"), r"tip.x must be an input and tip.fx an output"),
+    (lambda s: replace(s, components=(replace(s.components[0], fmu=Path("gone.fmu")), *s.components[1:])),
+     r"^drivetrain: there is no FMU at gone.fmu: run `make build`"),
+    (lambda s: replace(s, components=(replace(s.components[0], fmu=ROOT / "Makefile"), *s.components[1:])),
+     r"^drivetrain: .*Makefile cannot be loaded: "),
+    (lambda s: replace(s, components=(*s.components[:3], replace(s.components[3], slopes=("ground.x",)))),
+     r"^soil takes no slopes of inputs: Soil.fmu says canInterpolateInputs = false"),
+])
+def test_a_system_that_cannot_be_is_named_in_one_line(system, change, message):
+    if message is None:  # a count may be given to a Real
+        row_run.run(change(system), "jacobi", 0.01, 0.05)
+        return
+    with pytest.raises(SystemFault, match=message) as fault:
+        row_run.run(change(system), "jacobi", 0.01, 0.05)
+    assert "\n" not in str(fault.value)
+
+
+def connected(system: System, target: str, source: str) -> System:
+    return replace(system, connections={**system.connections, system.port(target): system.port(source)})
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("[connections]", "[conections]", "'connections' is missing"),
+    ("at_step_end", "at_end", "linkage has at_end, which mean nothing here"),
+    ('"soil.tip.angle" =', '"sol.tip.angle" =', "'sol.tip.angle' is not component.variable"),
+    ("[parameters]", "[[parameters]", "(at line"),
+    ("[step_control]", "[control]", "the file has control"),
+])
+def test_a_bad_file_is_named(tmp_path, old, new, message):
+    text = ROW.read_text(encoding="utf-8")
+    assert old in text
+    file = tmp_path / "bad.toml"
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(SystemFault) as fault:
+        load_system(file)
+    assert str(fault.value).startswith(f"{file}: ") and message in str(fault.value), fault.value
+
+
+def test_the_row_is_complete(system):
+    """Every input of every FMU is connected, and nothing else."""
+    for component in system.components:
+        slave = Slave(component, [])
+        inputs = {v.name for v in slave.variables.values() if v.causality == "input"}
+        slave.free()
+        assert {port.variable for port in system.connections if port.component == component.name} == inputs
+
+
+def test_units_agree_throughout(system):
+    with CoSimulation(system) as row:
+        scales = [s for values in row.inputs.values() for v in values for s in v.scales]
+    assert set(scales) == {(1.0, 0.0)}
+
+
+# --- the row ------------------------------------------------------------------------------------
+
+def test_the_row_keeps_its_spacing_and_counts_its_seedlings(system):
+    row = row_run.row_of(system.with_parameters({"conveyor.cups.empty_rate": 0.3, "conveyor.flap.scatter": 0.02,
+                                                 "drivetrain.plant.spacing": 0.3}), 8)
+    record = row_run.run(row.system, "jacobi", 5e-3, row.stop)
+    holes, fates = record.holes, [hole.seedling for hole in record.holes]
+    assert len(holes) == 8
+    assert np.diff([h.plant_x for h in holes]) == pytest.approx(0.3, abs=1e-3)
+    assert fates.count(PLANTED) == record["soil.plant.count"][-1] > 0
+    assert fates.count(EMPTY) == record["conveyor.cups.empty"][-1] > 0
+    assert fates.count(MISSED) == record["conveyor.seedlings.missed"][-1] > 0
+    assert len(fates) == fates.count(PLANTED) + fates.count(EMPTY) + fates.count(MISSED)
+    assert record["drivetrain.machine.v"][-1] == 0
+    assert record["drivetrain.machine.s"][-1] == pytest.approx(8 * 0.3, abs=0.01)
+
+
+def test_the_published_hole_comes_out(system):
+    """46.7 mm at the ridge whose surface the published cycle found, on level ground."""
+    row = row_run.row_of(system.with_parameters({"soil.ridge.wave": 0.0}), 2)
+    record = row_run.run(row.system, "extrapolated", 2e-3, row.stop)
+    assert [h.length for h in record.holes] == pytest.approx([46.7e-3] * 2, abs=2e-4)
+    assert [h.depth for h in record.holes] == pytest.approx([0.10316] * 2, abs=5e-5)
+
+
+def test_the_scene_writes_what_it_says(system, tmp_path):
+    output = tmp_path / "new" / "row"
+    process = subprocess.run([sys.executable, "-m", "scenarios.field_row", "--plants", "3", "--no-study",
+                              "--master", "controlled", "--output", str(output)],
+                             cwd=ROOT, capture_output=True, encoding="utf-8", timeout=240)
+    assert process.returncode == 0, process.stderr
+    assert process.stderr == ""  # no bar and no warning where nobody looks
+    listed = [line.strip() for line in process.stdout.split("Tables and figures:")[1].splitlines()[1:]]
+    assert listed == sorted(p.name for p in output.iterdir()) == [
+        "energy.png", "field_row.md", "plants.csv", "row.png", "signals.csv", "turn.png"]
+    with (output / "plants.csv").open(encoding="utf-8", newline="") as file:
+        plants = list(csv.DictReader(file))
+    assert [p["hole"] for p in plants] == ["1", "2", "3"]
+    assert float(plants[2]["plant at / m"]) - float(plants[1]["plant at / m"]) == pytest.approx(0.4, abs=1e-3)
+    text = (output / "field_row.md").read_text(encoding="utf-8")
+    assert "| holes | 3 | 3 plants were asked for |" in text
+    for picture in ("row.png", "turn.png", "energy.png"):
+        assert f"({picture})" in text and (output / picture).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--set", "soil.tip.widht=0.1"), "soil: Soil.fmu has no variable 'tip.widht'; did you mean tip.width"),
+    (("--system", "gone.toml"), "gone.toml cannot be read: No such file"),
+    (("--set", "soil.tip.width=0"), "soil failed to initialize: ValueError('tip.width is 0: it must be positive')"),
+])
+def test_the_scene_says_in_one_line_why_not(system, tmp_path, capsys, arguments, message):
+    assert field_row.main([*arguments, "--no-study", "--plants", "1", "--output", str(tmp_path)]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(message) and said.count("\n") == 1, said
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--plants", "0"), "from 1 to 10000"), (("--step", "0"), "from 0.1 to 20 ms"), (("--set", "soil.x=much"), "=number"),
+])
+def test_bad_arguments_are_refused(capsys, arguments, message):
+    with pytest.raises(SystemExit) as stop:
+        field_row.main(list(arguments))
+    assert stop.value.code == 2 and message in capsys.readouterr().err
+
+
+def test_partners_are_built_anew_when_a_source_is_newer(tmp_path, monkeypatch):
+    from scenarios.partners import build as builder
+
+    sources = tmp_path / "sources"
+    shutil.copytree(builder.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(builder, "SOURCES", sources)
+    monkeypatch.setattr(builder, "SHARED", sources / "planting_partner.py")
+    fmus = builder.build(tmp_path / "fmus")
+    made = [fmu.stat().st_mtime_ns for fmu in fmus]
+    assert [fmu.stat().st_mtime_ns for fmu in builder.build(tmp_path / "fmus")] == made
+    (sources / "soil.py").touch()
+    anew = [fmu.stat().st_mtime_ns for fmu in builder.build(tmp_path / "fmus")]
+    assert anew[:2] == made[:2] and anew[2] > made[2]
+    (sources / "soil.py").write_text("import nothing_of_the_kind\n", encoding="utf-8")
+    with pytest.raises(builder.PartnerError, match=r"soil.py does not load:[\s\S]*nothing_of_the_kind"):
+        builder.build(tmp_path / "fmus")
+    assert fmus[2].stat().st_mtime_ns == anew[2]  # what was there still is
+
+
+def test_ports_read_as_they_are_written():
+    assert str(Port("soil", "tip.fx")) == "soil.tip.fx"
