@@ -31,7 +31,7 @@ from scenarios.system import Component, Port, System, SystemFault, Value
 
 C_TYPES = {"Real": fmi2Real, "Integer": fmi2Integer, "Enumeration": fmi2Integer, "Boolean": fmi2Boolean}
 SMALLEST_STEP = 1e-4  # s, of the controlled master
-WARNING = 1           # FMI status
+WARNING, FATAL = 1, 4  # FMI status
 
 
 class NoRollback(SystemFault):
@@ -50,6 +50,7 @@ class Slave:
             raise SystemFault(f"{component.name}: there is no FMU at {component.fmu}: run `make build`, "
                               "or name another in the system's file.")
         self._folder: str | None = None
+        self._lost = False  # after fmi2Fatal no function may be called, not even to free (FMI 2.0.4, section 2.1.3)
         try:
             self.description: ModelDescription = read_model_description(str(component.fmu))
             if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
@@ -84,6 +85,7 @@ class Slave:
         try:
             return function(*arguments)
         except FMICallException as error:
+            self._lost = error.status == FATAL
             said = self._messages[0].splitlines() if self._messages else [first_line(error)]
             if said[0].startswith("Fatal py exception"):  # of PythonFMU: what Python said comes last
                 said = said[-1:]
@@ -102,7 +104,8 @@ class Slave:
         self.call(f"to take {name} = {value:g}", write, [variable.valueReference], [value])
 
     def free(self) -> None:
-        self.fmu.freeInstance()
+        if not self._lost:
+            self.fmu.freeInstance()
         self._delete()
 
     def _delete(self) -> None:
