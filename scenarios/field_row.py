@@ -229,8 +229,8 @@ def findings(study: Study) -> list[str]:
         f"the rest of the system is {small(at_10.rest_worst)} mm off: {at_10.rest_worst / at_10.own_worst:.1f} times (rms: "
         f"{at_10.rest_rms / at_10.own_rms:.1f} times). It is {FACTOR} times below the rest "
         + (f"up to {max(kept):g} ms." if kept else "at none of these steps.")
-        + (" At 10 ms the tip goes 17 mm in a step, so that the soil's force, and with it the crank's acceleration, sets in "
-           "within one: what begins after a step's begin cannot be told from it."
+        + (" Its worst are where the soil's force sets in and where it turns about at the lowest point, and with it the "
+           "crank's acceleration: what changes within a step of 10 ms cannot be told at its begin."
            if at_10.rest_worst < FACTOR * at_10.own_worst else ""),
         f"Where the drivetrain steps first and the linkage gets the angle of the step's end (Gauss-Seidel), its own error at "
         f"10 ms is {small(sequential.own_worst)} mm, {sequential.rest_worst / sequential.own_worst:.0f} times below the rest.",

@@ -302,12 +302,14 @@ def test_the_force_is_that_of_the_steps_end():
     """Where the tip will be then, by its acceleration: of order 3 in the place."""
     errors = []
     for step in (0.02, 0.01):
-        soil, soil_at_end = flat(), started(Soil, ridge_wave=0.0, ridge_height=0.0, inputs_at_step_end=True)
+        ridge = {"ridge_wave": 0.02, "ridge_wavelength": 0.5}  # steep: the place along it counts, too
+        soil, soil_at_end = started(Soil, **ridge), started(Soil, **ridge, inputs_at_step_end=True)
         worst = 0.0
         for i in range(round(0.5 / step)):
             for partner, t in ((soil, i * step), (soil_at_end, (i + 1) * step)):
                 w = math.tau
-                partner.value |= {"ground.x": 0.3 * t, "ground.vx": 0.3, "ground.y": 0.1 * math.cos(w * t) - 0.03,
+                partner.value |= {"ground.x": 0.3 * t + 3 * t * t, "ground.vx": 0.3 + 6 * t, "ground.ax": 6.0,
+                                  "ground.y": 0.1 * math.cos(w * t) - 0.03,
                                   "ground.vy": -0.1 * w * math.sin(w * t), "ground.ay": -0.1 * w * w * math.cos(w * t)}
                 partner.do_step(i * step, step)
             worst = max(worst, abs(soil.value["tip.depth"] - soil_at_end.value["tip.depth"]))
