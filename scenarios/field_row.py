@@ -56,11 +56,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--plants", type=_plants, default=PLANTS, help="plants in the row (default: %(default)s)")
     parser.add_argument("--master", choices=[*MASTERS, CONTROLLED], default=MASTER, help="(default: %(default)s)")
     parser.add_argument("--step", type=_step, default=STEP_MS, metavar="MS",
-                        help="communication step, 0.1 to 20 ms; the controlled master chooses its own (default: %(default)s)")
+                        help="communication step, 0.1 to 20 ms; the controlled master chooses its own "
+                             "(default: %(default)s)")
     parser.add_argument("--set", type=_setting, action="append", default=[], metavar="COMPONENT.VARIABLE=VALUE",
                         dest="settings", help="a parameter, for instance soil.ridge.wave=0; may be repeated")
     parser.add_argument("--no-study", action="store_true", help="leave out the error against the communication step")
-    parser.add_argument("--output", type=Path, default=OUTPUT, help="folder for tables and figures (default: %(default)s)")
+    parser.add_argument("--output", type=Path, default=OUTPUT,
+                        help="folder for tables and figures (default: %(default)s)")
     options = parser.parse_args(arguments)
     try:
         results, written = run(options.system, options.output, options.plants, options.master, options.step,
@@ -168,7 +170,8 @@ def quality(results: Results) -> list[tuple[str, str, str]]:
         rows.append(("distance from plant to plant, longest", f"{1e3 * standing.max():.0f} mm",
                      f"{np.count_nonzero(standing > 1.5 * spacing)} gaps longer than 1.5 spacings"))
     return [*rows,
-            ("depth", f"{spread([h.depth for h in holes], 1e3)} mm", "lowest point below the ridge; mean (least to most)"),
+            ("depth", f"{spread([h.depth for h in holes], 1e3)} mm",
+             "lowest point below the ridge; mean (least to most)"),
             ("hole at the surface", f"{spread([h.length for h in holes], 1e3)} mm", "entry to exit"),
             ("speed over ground at depth", f"{spread([h.speed for h in holes], 1e3, 0)} mm/s", "0 would be ideal"),
             ("lean of the seedling", f"{spread([h.lean for h in holes], 180 / math.pi, 2)} deg",
@@ -185,8 +188,13 @@ def balance(results: Results) -> list[tuple[str, str, str]]:
     ends += [("not accounted for: error of the coupling, at the end", float(record.imbalance[-1])),
              ("... and at most", float(abs(record.imbalance).max()))]
     share = 100 / given if given else math.nan
-    return [(label, f"{value + 0.0:.2f}", f"{share * value + 0.0:.2f} %" if math.isfinite(share) else "") if math.isfinite(value)
-            else (label, "not offered", "") for label, value in ends]
+
+    def cells(label: str, value: float) -> tuple[str, str, str]:
+        if not math.isfinite(value):
+            return label, "not offered", ""
+        return label, f"{value + 0.0:.2f}", f"{share * value + 0.0:.2f} %" if math.isfinite(share) else ""
+
+    return [cells(label, value) for label, value in ends]
 
 
 def small(metres: float) -> str:
@@ -218,25 +226,28 @@ def findings(study: Study) -> list[str]:
     at_10 = next(e for e in rates if math.isclose(e.step, 10e-3))
     held_10 = next(e for e in study.of("held") if math.isclose(e.step, 10e-3))
     sequential = next(e for e in study.of("gauss_seidel") if math.isclose(e.step, 10e-3))
-    orders = {key: (study.order(key, "worst"), study.order(key, "imbalance"))
-              for key in ("jacobi", "gauss_seidel", "extrapolated")}
+    tip = {key: study.order(key, "worst") for key in ("jacobi", "gauss_seidel", "extrapolated")}
+    energy = {key: study.order(key, "imbalance") for key in tip}
+    times = at_10.rest_worst / at_10.own_worst
+    where = ("" if times >= FACTOR else
+             " Its worst are where the soil's force sets in and where it turns about at the lowest point, and with it "
+             "the crank's acceleration: what changes within a step of 10 ms cannot be told at its begin.")
     return [
-        f"Orders, fitted up to 5 ms, of the tip and of the energy: Jacobi {orders['jacobi'][0]:.2f} and "
-        f"{orders['jacobi'][1]:.2f}, Gauss-Seidel {orders['gauss_seidel'][0]:.2f} and {orders['gauss_seidel'][1]:.2f} (the soil's "
+        f"Orders, fitted up to 5 ms, of the tip and of the energy: Jacobi {tip['jacobi']:.2f} and "
+        f"{energy['jacobi']:.2f}, Gauss-Seidel {tip['gauss_seidel']:.2f} and {energy['gauss_seidel']:.2f} (the soil's "
         f"force reaches the linkage, and its torque the drivetrain, a step late); with the force's slope "
-        f"{orders['extrapolated'][0]:.2f} and {orders['extrapolated'][1]:.2f}.",
-        f"The linkage's own error, with angle, speed and acceleration connected, is at 10 ms {small(at_10.own_worst)} mm where "
-        f"the rest of the system is {small(at_10.rest_worst)} mm off: {at_10.rest_worst / at_10.own_worst:.1f} times (rms: "
-        f"{at_10.rest_rms / at_10.own_rms:.1f} times). It is {FACTOR} times below the rest "
-        + (f"up to {max(kept):g} ms." if kept else "at none of these steps.")
-        + (" Its worst are where the soil's force sets in and where it turns about at the lowest point, and with it the "
-           "crank's acceleration: what changes within a step of 10 ms cannot be told at its begin."
-           if at_10.rest_worst < FACTOR * at_10.own_worst else ""),
-        f"Where the drivetrain steps first and the linkage gets the angle of the step's end (Gauss-Seidel), its own error at "
-        f"10 ms is {small(sequential.own_worst)} mm, {sequential.rest_worst / sequential.own_worst:.0f} times below the rest.",
+        f"{tip['extrapolated']:.2f} and {energy['extrapolated']:.2f}.",
+        f"The linkage's own error, with angle, speed and acceleration connected, is at 10 ms "
+        f"{small(at_10.own_worst)} mm where the rest of the system is {small(at_10.rest_worst)} mm off: "
+        f"{times:.1f} times (rms: {at_10.rest_rms / at_10.own_rms:.1f} times). It is {FACTOR} times below the rest "
+        + (f"up to {max(kept):g} ms." if kept else "at none of these steps.") + where,
+        f"Where the drivetrain steps first and the linkage gets the angle of the step's end (Gauss-Seidel), its own "
+        f"error at 10 ms is {small(sequential.own_worst)} mm, "
+        f"{sequential.rest_worst / sequential.own_worst:.0f} times below the rest.",
         f"A linkage that predicts nothing is {small(held_10.own_worst)} mm off at 10 ms.",
-        f"The truth was stepped at {row_study.TRUTH_MS:g} ms. At twice that step it moves by {small(study.truth_error)} mm, and plain "
-        f"Jacobi steps, taken to the limit, come to within {small(study.truth_other)} mm of it.",
+        f"The truth was stepped at {row_study.TRUTH_MS:g} ms. At twice that step it moves by "
+        f"{small(study.truth_error)} mm, and plain Jacobi steps, taken to the limit, come to within "
+        f"{small(study.truth_other)} mm of it.",
     ]
 
 
@@ -276,8 +287,8 @@ def write_tables(output: Path, results: Results) -> list[Path]:
     master = "chosen by the master" if results.master == CONTROLLED else f"of {results.step_ms:g} ms"
     parts = [
         "# A field row", "",
-        f"{row.plants} plants at {1e3 * row.spacing:g} mm, {row.stop:.1f} s of machine time in {len(record.time) - 1} steps "
-        f"{master}, master `{results.master}`. Drivetrain, conveyor and soil are the PythonFMU slaves of "
+        f"{row.plants} plants at {1e3 * row.spacing:g} mm, {row.stop:.1f} s of machine time in {len(record.time) - 1} "
+        f"steps {master}, master `{results.master}`. Drivetrain, conveyor and soil are the PythonFMU slaves of "
         "`scenarios/partners/`, where each formula has its source; `scenarios/row_system.toml` connects them.", "",
         "![The row from the side](row.png)", "", "## Planting quality", "",
         reports.markdown_table(QUALITY, quality(results)),
@@ -288,17 +299,18 @@ def write_tables(output: Path, results: Results) -> list[Path]:
     written = [output / name for name in ("field_row.md", "plants.csv", "signals.csv")]
     if results.study:
         study = results.study
-        parts += ["## Error against communication step", "", f"A row of {row_study.PLANTS} plants, {study.seconds:.1f} s.", "",
+        parts += ["## Error against communication step", "",
+                  f"A row of {row_study.PLANTS} plants, {study.seconds:.1f} s.", "",
                   *(f"- {sentence}" for sentence in findings(study)), "", "![Errors](errors.png)", "",
                   reports.markdown_table(*master_table(study)),
-                  "The controlled master does each step once whole and once in halves; all are counted here, and those taken "
-                  "back. Its tolerance is a multiple of `step_control` in the system's file.", "",
+                  "The controlled master does each step once whole and once in halves; all are counted here, and those "
+                  "taken back. Its tolerance is a multiple of `step_control` in the system's file.", "",
                   "The linkage coupled in several ways, master `jacobi`:", "",
                   reports.markdown_table(*linkage_table(study))]
         reports.write_csv(output / "errors.csv", (
             "way", "step_s", "steps", "worst_m", "rms_m", "own_worst_m", "own_rms_m", "rest_worst_m", "rest_rms_m",
-            "imbalance_J"), ((e.way.key, e.step, e.steps, e.worst, e.rms, e.own_worst, e.own_rms, e.rest_worst, e.rest_rms,
-                              e.imbalance) for e in (*study.masters, *study.controlled, *study.linkage)))
+            "imbalance_J"), ((e.way.key, e.step, e.steps, e.worst, e.rms, e.own_worst, e.own_rms, e.rest_worst,
+                              e.rest_rms, e.imbalance) for e in (*study.masters, *study.controlled, *study.linkage)))
         written.append(output / "errors.csv")
     if record.not_offered:
         parts += [f"Not offered by the FMUs, and left out: {', '.join(record.not_offered)}.", ""]

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import difflib
+import numbers
 import shutil
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -97,8 +98,8 @@ class Slave:
         variable = self.variable(name)
         if variable.causality not in ("parameter", "input") and variable.start is None:
             raise SystemFault(f"{self.name}.{name} cannot be set: it is of causality {variable.causality}.")
-        fitting = {"Real": (int, float), "Integer": (int,), "Boolean": (bool,)}.get(_kind(variable), ())
-        if type(value) not in fitting:
+        fitting = {"Real": numbers.Real, "Integer": numbers.Integral, "Boolean": bool}.get(_kind(variable), ())
+        if not isinstance(value, fitting) or (isinstance(value, bool) and fitting is not bool):
             raise SystemFault(f"{self.name}.{name} cannot be set to {value!r}: it is of type {variable.type}.")
         write = getattr(self.fmu, f"set{_kind(variable)}")
         self.call(f"to take {name} = {value:g}", write, [variable.valueReference], [value])
@@ -145,11 +146,13 @@ class CoSimulation:
     """The FMUs of a system, loaded, connected and initialized; a context manager.
 
     ``watched`` outputs are read by `values`. Those that a swapped FMU lacks are left out and
-    listed in ``not_offered``. ``steps_done`` counts the steps of all FMUs, taken back or not. With ``at_step_end`` the FMUs after the first are told that the
-    inputs which they get belong to the end of the step.
+    listed in ``not_offered``. With ``at_step_end`` the FMUs after the first are told that the
+    inputs which they get belong to the end of the step. ``steps_done`` counts the steps of all
+    FMUs, taken back or not.
     """
 
-    def __init__(self, system: System, watched: Sequence[str] = (), at_step_end: bool = False, start: float = 0.0) -> None:
+    def __init__(self, system: System, watched: Sequence[str] = (), at_step_end: bool = False,
+                 start: float = 0.0) -> None:
         self.system, self.start = system, start
         self.steps_done = 0
         self.slaves: list[Slave] = []
@@ -264,8 +267,8 @@ class CoSimulation:
         """fmi2SetRealInputDerivatives, order 1, for the inputs in `slopes`; needs two calls at different times."""
         before, self.sampled = self.sampled, (time, list(self.signals))
         for slave, references, places, factors in self.slopes if before and before[0] < time else ():
-            slopes = [factor * (self.signals[i] - before[1][i]) / (time - before[0]) for i, factor in zip(places, factors)]
-            count = len(places)
+            count, since = len(places), time - before[0]
+            slopes = [factor * (self.signals[i] - before[1][i]) / since for i, factor in zip(places, factors)]
             slave.call("to take slopes", slave.fmu.fmi2SetRealInputDerivatives, slave.fmu.component, references, count,
                        (fmi2Integer * count)(*[1] * count), (fmi2Real * count)(*slopes))
 
@@ -282,7 +285,8 @@ class CoSimulation:
 
     def save(self) -> tuple:
         """The states of all FMUs, to be restored once or more and then freed."""
-        return [slave.call("to save its state", slave.fmu.getFMUstate) for slave in self.slaves], list(self.signals), self.sampled
+        states = [slave.call("to save its state", slave.fmu.getFMUstate) for slave in self.slaves]
+        return states, list(self.signals), self.sampled
 
     def restore(self, saved: tuple) -> None:
         for slave, state in zip(self.slaves, saved[0]):

@@ -62,7 +62,8 @@ def draw_row(record: Record, spacing: float) -> Figure:
     by_x = np.argsort(x)
     for strip in range(count):
         left = first + strip * wide
-        axes = figure.add_axes((0.75 / 16.2, 1 - (head + strip * (tall + gap) + tall) / height, 15 / 16.2, tall / height))
+        below = height - head - strip * (tall + gap) - tall
+        axes = figure.add_axes((0.75 / 16.2, below / height, 15 / 16.2, tall / height))
         axes.set(xlim=(left, left + wide), ylim=(bottom, top), aspect="equal")
         axes.fill_between(x[by_x], bottom, ridge[by_x], color=EARTH, linewidth=0, zorder=0)
         axes.plot(x[by_x], ridge[by_x], color=EARTH_EDGE, linewidth=0.9, zorder=1)
@@ -139,7 +140,8 @@ def draw_turn(record: Record) -> Figure:
         if panel.get_legend_handles_labels()[0] and panel is not speeds:
             panel.legend(loc="upper right")
         in_soil = of("soil.tip.depth") > 0
-        panel.fill_between(phi, 0, 1, where=in_soil, transform=panel.get_xaxis_transform(), color=EARTH, linewidth=0, zorder=0)
+        panel.fill_between(phi, 0, 1, where=in_soil, transform=panel.get_xaxis_transform(), color=EARTH, linewidth=0,
+                           zorder=0)
     figure.suptitle("One turn of the crank in the middle of the row (brown: the tip is in the soil)", x=0.01, ha="left",
                     fontsize=11)
     return figure
@@ -149,7 +151,8 @@ def draw_energy(record: Record) -> Figure:
     """What the tractor gave, where it went, and what the balance lacks."""
     time = record.time
     parts = (("drivetrain.energy.stored", "stored in shaft and crank", BLUE),
-             ("drivetrain.energy.shaft", "heat in the shaft", ORANGE), ("soil.energy.soil", "taken by the soil", EARTH_EDGE))
+             ("drivetrain.energy.shaft", "heat in the shaft", ORANGE),
+             ("soil.energy.soil", "taken by the soil", EARTH_EDGE))
     figure, (above, below) = plt.subplots(2, 1, figsize=(9.5, 6.6), layout="constrained", sharex=True,
                                           height_ratios=(2.2, 1))
     above.stackplot(time, [record[name] for name, _, _ in parts], labels=[label for _, label, _ in parts],
@@ -176,11 +179,13 @@ def draw_errors(study: Study) -> Figure:
         left.loglog(steps, [1e3 * e.worst for e in errors], color=colour, marker=marker, linewidth=1.4,
                     linestyle="--" if way.key == "gauss_seidel" else "-", label=f"{way.title} (order {order:.1f})")
         order = study.order(way.key, "imbalance")
-        right.loglog(steps, [100 * e.imbalance / study.work for e in errors], color=colour, marker=marker, linewidth=1.4,
-                     linestyle="--" if way.key == "gauss_seidel" else "-", label=f"{way.title} (order {order:.1f})")
+        right.loglog(steps, [100 * e.imbalance / study.work for e in errors], color=colour, marker=marker,
+                     linewidth=1.4, linestyle="--" if way.key == "gauss_seidel" else "-",
+                     label=f"{way.title} (order {order:.1f})")
     for k, (axes, what, scale) in enumerate(((left, "worst", 1e3), (right, "imbalance", 100 / study.work))):
         axes.loglog([1e3 * e.step for e in study.controlled], [scale * getattr(e, what) for e in study.controlled],
-                    "*", color=PINK, markersize=10, label="steps controlled (mean, repeated ones included)" if not k else None)
+                    "*", color=PINK, markersize=10,
+                    label="steps controlled (mean, repeated ones included)" if not k else None)
     left.set_title("(a) masters: error of the tip", loc="left")
     right.set_title("(c) masters: error of the energy", loc="left")
     for way in LINKAGE:
@@ -204,6 +209,5 @@ def draw_errors(study: Study) -> Figure:
     for axes in (left, middle, right):
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (30 if axes is middle else 8))
-    figure.suptitle(f"Error against communication step: {len(STEPS_MS)} steps, a row of three plants", x=0.005, ha="left",
-                    fontsize=11)
+    figure.suptitle("Error against communication step, in a row of three plants", x=0.005, ha="left", fontsize=11)
     return figure

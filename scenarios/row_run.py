@@ -122,7 +122,7 @@ def row_of(system: System, plants: int) -> Row:
     spacing = start_value(system, "drivetrain.plant.spacing") or 0.4
     cruise = start_value(system, "drivetrain.speed.cruise") or spacing * 65 / 60
     ramp = start_value(system, "drivetrain.speed.ramp") or 0.0
-    # Starting and stopping are mirror images, so that the way is cruise times the time of the first to that of the other.
+    # Starting and stopping are mirror images: the way is as if cruising from the begin of one to that of the other.
     headland = plants * spacing / cruise
     if start_value(system, "drivetrain.speed.headland") is not None:
         system = system.with_parameters({"drivetrain.speed.headland": headland})

@@ -35,11 +35,11 @@ class Conveyor(Partner):
         Variable("crank.phi", "input", 0.0, "rad", "Angle turned by the crank in the working direction, unbounded"),
         Variable("tip.x", "input", 0.0, "m", "Position of the nozzle tip relative to the machine, forward of O"),
         Variable("tip.y", "input", 0.0, "m", "Position of the nozzle tip relative to the machine, above O"),
-        Variable("tip.angle", "input", -math.pi / 2, "rad", "Direction of the nozzle axis, counter-clockwise from forward"),
+        Variable("tip.angle", "input", -math.pi / 2, "rad", "Direction of the nozzle axis, from forward"),
         Variable("cup.angle", "output", 0.0, "rad", "Angle turned by the ring of cups, unbounded"),
-        Variable("seedling.in_nozzle", "output", False, "", "True from the catch until the nozzle shuts behind the plant"),
-        Variable("seedling.y", "output", 0.0, "m", "Height of the falling seedling above O; the flap's while none falls"),
-        Variable("seedling.offset", "output", 0.0, "m", "Where the last seedling came down, forward of the mouth's middle"),
+        Variable("seedling.in_nozzle", "output", False, "", "True from the catch until the nozzle shuts again"),
+        Variable("seedling.y", "output", 0.0, "m", "Height of the falling seedling; the flap's while none falls"),
+        Variable("seedling.offset", "output", 0.0, "m", "Where the last came down, forward of the mouth's middle"),
         Variable("cups.opened", "output", 0, "", "Cups opened over the nozzle"),
         Variable("cups.empty", "output", 0, "", "Of these, left empty by the operator"),
         Variable("seedlings.caught", "output", 0, "", "Seedlings that fell into the nozzle"),
@@ -47,7 +47,7 @@ class Conveyor(Partner):
         Variable("cups.count", "parameter", 8, "", "Cups in the ring"),
         Variable("cups.empty_rate", "parameter", 0.04, "1", "Share of the cups that the operator leaves empty"),
         Variable("cups.seed", "parameter", 6, "", "Seed of chance"),
-        Variable("flap.phi", "parameter", 0.0, "rad", "Crank angle at which the flap opens (the nozzle is highest at -2 deg)"),
+        Variable("flap.phi", "parameter", 0.0, "rad", "Crank angle at which the flap opens (nozzle highest: -2 deg)"),
         Variable("flap.x", "parameter", -0.150, "m", "Position of the flap, forward of O"),
         Variable("flap.y", "parameter", 0.130, "m", "Position of the flap, above O: 60 mm over the mouth at its top"),
         Variable("flap.scatter", "parameter", 0.008, "m", "Standard deviation of where a seedling leaves the flap"),
@@ -55,7 +55,7 @@ class Conveyor(Partner):
         Variable("plug.radius", "parameter", 0.0125, "m", "Radius of the seedling's plug"),
         Variable("nozzle.length", "parameter", 0.2, "m", "Length of the nozzle IJ: geometry.L9 of the linkage"),
         Variable("nozzle.shuts", "parameter", 4.2, "rad", "Crank angle at which the nozzle shuts, risen from the soil"),
-        Variable("inputs.at_step_end", "parameter", False, "", "True where the inputs given before a step belong to its end"),
+        Variable("inputs.at_step_end", "parameter", False, "", "True where inputs set before a step are of its end"),
     )
     positive = ("cups.count", "mouth.radius", "plug.radius", "nozzle.length")
 
@@ -63,7 +63,8 @@ class Conveyor(Partner):
         super().exit_initialization_mode()
         self.memory |= {"sample": [self.value[name] for name in FOLLOWED], "fall": None}
         self.memory.setdefault("time", 0.0)
-        self.value |= {"cup.angle": self.value["crank.phi"] / self.value["cups.count"], "seedling.y": self.value["flap.y"]}
+        p = self.value
+        p |= {"cup.angle": p["crank.phi"] / p["cups.count"], "seedling.y": p["flap.y"]}
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         p, m = self.value, self.memory

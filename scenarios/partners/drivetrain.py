@@ -31,7 +31,7 @@ class Drivetrain(Partner):
     description = "Ground-wheel drive with an elastic shaft: machine speed and crank angle, loaded by the linkage"
     variables = (
         Variable("crank.tau", "input", 0.0, "N.m", "Torque that the linkage takes, in the working direction"),
-        Variable("tip.fx", "input", 0.0, "N", "Force of the soil on the tip, forward; optional: counts for the pull alone"),
+        Variable("tip.fx", "input", 0.0, "N", "Force of the soil on the tip, forward; optional: adds to the pull"),
         Variable("crank.phi", "output", 0.0, "rad", "Angle turned by the crank in the working direction, unbounded"),
         Variable("crank.w", "output", 0.0, "rad/s", "Angular velocity of the crank"),
         Variable("crank.a", "output", 0.0, "rad/s2", "Angular acceleration of the crank"),
@@ -49,7 +49,7 @@ class Drivetrain(Partner):
         Variable("speed.headland", "parameter", 1e9, "s", "Time at which the machine begins to stop"),
         Variable("disturbance.share", "parameter", 0.05, "1", "Amplitude of the ground speed's swing, of the speed"),
         Variable("disturbance.f", "parameter", 0.7, "Hz", "Frequency of the ground speed's swing"),
-        Variable("crank.start", "parameter", -math.pi / 2, "rad", "Crank angle at the start: the nozzle in the air, rising"),
+        Variable("crank.start", "parameter", -math.pi / 2, "rad", "Crank angle at the start: the nozzle rising"),
         Variable("shaft.k", "parameter", 2000.0, "N.m/rad", "Torsional stiffness of the shaft"),
         Variable("shaft.c", "parameter", 4.0, "N.m.s/rad", "Damping of the shaft: a tenth of the critical"),
         Variable("crank.J", "parameter", 0.2, "kg.m2", "Inertia turning with the crank: 5 kg at 0.2 m"),
@@ -86,11 +86,11 @@ class Drivetrain(Partner):
         p, (drive, phi, w, *_) = self.value, y
         v = self.speed(time)
         w_drive = math.tau * v / p["plant.spacing"]
-        slip = w_drive - w
-        tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * slip
+        twisting = w_drive - w
+        tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * twisting
         load, fx = self._loads(time)
         return [w_drive, w, (tau - load) / p["crank.J"], v,
-                tau * w_drive - fx * v, load * w, p["shaft.c"] * slip * slip]
+                tau * w_drive - fx * v, load * w, p["shaft.c"] * twisting * twisting]
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         m, loads = self.memory, (self.value["crank.tau"], self.value["tip.fx"])

@@ -41,7 +41,8 @@ class _Real(Real):
         super().__init__(name, **options)
         self.unit = unit
 
-    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None) -> None:
+    def setup_experiment(self, start_time: float, stop_time: float | None = None,
+                         tolerance: float | None = None) -> None:
         self.memory["time"] = start_time
 
     def exit_initialization_mode(self) -> None:
@@ -79,9 +80,11 @@ class Partner(Fmi2Slave):
             name, causality=Fmi2Causality["parameter" if is_parameter else kind],
             variability=Fmi2Variability[variability], initial=Fmi2Initial.exact if is_parameter else None,
             description=text, getter=lambda: self.value[name],
-            setter=None if kind == "output" else lambda value: self.value.__setitem__(name, value), **more), nested=False)
+            setter=None if kind == "output" else lambda value: self.value.__setitem__(name, value), **more),
+            nested=False)
 
-    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None) -> None:
+    def setup_experiment(self, start_time: float, stop_time: float | None = None,
+                         tolerance: float | None = None) -> None:
         self.memory["time"] = start_time
 
     def exit_initialization_mode(self) -> None:

@@ -42,7 +42,7 @@ class Soil(Partner):
         Variable("ground.vy", "input", 0.0, "m/s", "Velocity of the tip over ground, upward"),
         Variable("ground.ax", "input", 0.0, "m/s2", "Acceleration of the tip, forward; optional"),
         Variable("ground.ay", "input", 0.0, "m/s2", "Acceleration of the tip, upward; optional"),
-        Variable("tip.angle", "input", -math.pi / 2, "rad", "Direction of the nozzle axis, counter-clockwise from forward"),
+        Variable("tip.angle", "input", -math.pi / 2, "rad", "Direction of the nozzle axis, from forward"),
         Variable("seedling.in_nozzle", "input", False, "", "Whether a seedling waits in the nozzle"),
         Variable("tip.fx", "output", 0.0, "N", "Force of the soil on the tip, forward"),
         Variable("tip.fy", "output", 0.0, "N", "Force of the soil on the tip, upward"),
@@ -74,7 +74,7 @@ class Soil(Partner):
         Variable("nozzle.width", "parameter", 0.04, "m", "Width of the nozzle across the direction of travel, b_side"),
         Variable("nozzle.girth", "parameter", 0.14, "m", "Girth of the nozzle, U"),
         Variable("soil.v0", "parameter", 0.05, "m/s", "Speed below which the resistance fades, v_0"),
-        Variable("inputs.at_step_end", "parameter", False, "", "True where the inputs given before a step belong to its end"),
+        Variable("inputs.at_step_end", "parameter", False, "", "True where inputs set before a step are of its end"),
     )
     positive = ("ridge.wavelength", "soil.n", "tip.width", "soil.v0")
 

@@ -52,7 +52,7 @@ def test_the_crank_turns_once_in_each_spacing():
 def test_the_speed_starts_cruises_and_stops():
     partner = started(Drivetrain, speed_headland=10.0, disturbance_share=0.0)
     cruise = partner.value["speed.cruise"]
-    assert [partner.speed(t) for t in (0.0, 1.5, 5.0, 10.0, 11.5, 20.0)] == pytest.approx([0, cruise, cruise, cruise, 0, 0])
+    assert [partner.speed(t) / cruise for t in (0.0, 1.5, 5.0, 10.0, 11.5, 20.0)] == pytest.approx([0, 1, 1, 1, 0, 0])
     assert partner.speed(0.75) == pytest.approx(cruise / 2)
     # the way is that of cruising from the first to the second ramp's begin
     assert drive(partner, 12.0, 0.01)["machine.s"] == pytest.approx(10 * cruise, rel=1e-9)
@@ -239,7 +239,8 @@ def test_the_end_resists_as_pressure_and_sinkage_say():
     soil = started(Soil, ridge_wave=0.0, ridge_height=0.0, nozzle_girth=0.0)
     for z in (1e-3, 0.05, 0.1):
         fx, fy = soil.force(0.0, -z, 0.0, -50.0, -math.pi / 2)
-        assert (fx, fy) == (pytest.approx(0, abs=1e-12), pytest.approx(6e-4 * (990 / 0.015 + 1528430) * z**1.1, rel=1e-5))
+        assert fx == pytest.approx(0, abs=1e-12)
+        assert fy == pytest.approx(6e-4 * (990 / 0.015 + 1528430) * z**1.1, rel=1e-5)
     assert abs(soil.force(0.0, -0.1, 0.0, 50.0, -math.pi / 2)[1]) < 1e-12  # nothing holds its end back
 
 
@@ -291,8 +292,11 @@ def test_a_hole_without_a_seedling_is_no_plant():
 
 
 def test_the_soil_books_the_work_of_its_force():
-    fine, coarse, at_end = (dig(started(Soil, ridge_wave=0.0, ridge_height=0.0, inputs_at_step_end=e), h, e)["energy.soil"]
-                            for h, e in ((0.0005, False), (0.01, False), (0.01, True)))
+    def work(step: float, at_end: bool) -> float:
+        soil = started(Soil, ridge_wave=0.0, ridge_height=0.0, inputs_at_step_end=at_end)
+        return dig(soil, step, at_end)["energy.soil"]
+
+    fine, coarse, at_end = work(0.0005, False), work(0.01, False), work(0.01, True)
     assert fine > 1.0
     assert coarse == pytest.approx(fine, rel=2e-3)
     assert at_end == pytest.approx(coarse, rel=1e-9)
@@ -323,8 +327,9 @@ def run_on(partner: Partner, begin: int, end: int) -> dict[str, float]:
     """Steps with inputs that wander through all that a partner does."""
     for i in range(begin, end):
         t = i * 0.01
-        for name, value in {"crank.tau": 5 * math.sin(9 * t), "tip.fx": -3.0, "crank.phi": 6.8 * t - 0.5, "tip.x": -0.15,
-                            "tip.y": -0.2, "tip.angle": -1.6, "ground.x": 0.4 * t, "ground.y": -0.3 + 0.2 * math.cos(6.8 * t),
+        for name, value in {"crank.tau": 5 * math.sin(9 * t), "tip.fx": -3.0, "crank.phi": 6.8 * t - 0.5,
+                            "tip.x": -0.15, "tip.y": -0.2, "tip.angle": -1.6,
+                            "ground.x": 0.4 * t, "ground.y": -0.3 + 0.2 * math.cos(6.8 * t),
                             "ground.vx": 0.4, "ground.vy": -1.36 * math.sin(6.8 * t),
                             "seedling.in_nozzle": True}.items():
             if name in partner.value and (name, type(partner).__name__) != ("tip.fx", "Soil"):
