@@ -41,15 +41,6 @@ class _Real(Real):
         super().__init__(name, **options)
         self.unit = unit
 
-    def setup_experiment(self, start_time: float, stop_time: float | None = None,
-                         tolerance: float | None = None) -> None:
-        self.memory["time"] = start_time
-
-    def exit_initialization_mode(self) -> None:
-        for name in self.positive:
-            if not self.value[name] > 0:
-                raise ValueError(f"{name} is {self.value[name]:g}: it must be positive")
-
     def to_xml(self) -> Element:
         element = super().to_xml()
         element[0].set("unit", self.unit)
