@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 
@@ -142,19 +142,27 @@ class LinkageFmu:
         The crank angle is a ramp from 0. Outputs after a step belong to the step's end,
         so each sample belongs to the angle of its own time.
         """
-        parameters = dict(parameters or {})
         steps = turns * math.ceil(360 / step_deg - 1e-9)
         stop = turns * self.turn_time
+        followed = self.follow({
+            "time": np.array([0.0, stop]), "crank.phi": np.array([0.0, 2 * math.pi * turns]),
+            "crank.w": np.full(2, 2 * math.pi / self.turn_time),
+            "machine.v": np.full(2, self.spacing / self.turn_time),
+        }, steps, parameters)
+        return replace(followed, phi_deg=np.linspace(0, 360 * turns, steps + 1))  # without interpolation's rounding
 
+    def follow(self, given: Mapping[str, np.ndarray], steps: int, parameters: Mapping[str, float] | None = None) -> Turns:
+        """Take equal steps along inputs given by name and ``time`` from 0, and record every output after each.
+
+        Between their samples the inputs are straight lines, beyond the named ones they keep their start values.
+        """
         # Every input gets a column: fmpy prints a warning for each that is missing.
         inputs = [v for v in self.description.modelVariables if v.causality == "input"]
-        signals = np.zeros(2, dtype=[("time", float)] + [(v.name, float) for v in inputs])
+        signals = np.zeros(len(given["time"]), dtype=[("time", float)] + [(v.name, float) for v in inputs])
         for variable in inputs:
-            signals[variable.name] = float(variable.start or 0)
-        signals["time"] = 0, stop
-        signals["crank.phi"] = 0, 2 * math.pi * turns
-        signals["crank.w"] = 2 * math.pi / self.turn_time
-        signals["machine.v"] = self.spacing / self.turn_time
+            signals[variable.name] = given.get(variable.name, float(variable.start or 0))
+        signals["time"] = given["time"]
+        stop = float(given["time"][-1])
 
         self._messages.clear()
         self._instance.reset()
@@ -162,15 +170,16 @@ class LinkageFmu:
             result = simulate_fmu(
                 self._directory, model_description=self.description, fmu_instance=self._instance,
                 start_time=0.0, stop_time=stop, output_interval=stop / steps,
-                start_values=parameters, input=signals, output=list(self.outputs))
+                start_values=dict(parameters or {}), input=signals, output=list(self.outputs))
         except FMICallException as error:
             raise Refused(_refusal(self._messages) or first_line(error)) from error
         if len(result) != steps + 1:
             raise RuntimeError(f"fmpy returned {len(result)} samples instead of {steps + 1}")
+        time = np.array(result["time"])
         return Turns(
-            parameters=parameters,
-            time=np.array(result["time"]),
-            phi_deg=np.linspace(0, 360 * turns, steps + 1),
+            parameters=dict(parameters or {}),
+            time=time,
+            phi_deg=np.degrees(np.interp(time, signals["time"], signals["crank.phi"])),
             values={name: np.array(result[name]) for name in self.outputs})
 
     def close(self) -> None:

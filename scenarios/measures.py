@@ -87,8 +87,12 @@ def hole(dynamic: np.ndarray, surface_mm: float) -> Hole | None:
     """
     spacing = dynamic[-1].real - dynamic[0].real
     turn = dynamic[:-1]
-    path = np.concatenate([turn - spacing, turn, turn + spacing])
-    bottom = len(turn) + int(np.argmin(turn.imag))
+    return hole_around(np.concatenate([turn - spacing, turn, turn + spacing]),
+                       len(turn) + int(np.argmin(turn.imag)), surface_mm)
+
+
+def hole_around(path: np.ndarray, bottom: int, surface_mm: float) -> Hole | None:
+    """The hole that a path of any length digs about its sample ``bottom``; None as for `hole`."""
     above = path.imag >= surface_mm
     left, right = np.flatnonzero(above[:bottom]), np.flatnonzero(above[bottom:])
     if above[bottom] or not len(left) or not len(right):

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from tqdm import tqdm
 
 from scenarios import families, figures, measures, published, reports
@@ -53,14 +52,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(f"The reports cannot be written to {options.output}: {error}", file=sys.stderr)
         return 1
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=reports.PLAIN_WIDTH)
+    console = reports.console()
     reports.show(console, results.rows)
     console.print(reports.count(results.rows))
-    console.print(f"Tables and figures: {_shown(options.output)}", soft_wrap=True)
-    for path in written:
-        console.print(f"  {path.name}")
+    reports.show_files(console, options.output, written)
     return 0
 
 
@@ -72,14 +67,6 @@ def _step(text: str) -> float:
     if not 0.001 <= value <= 1:
         raise argparse.ArgumentTypeError("give an angle from 0.001 to 1 degree")
     return value
-
-
-def _shown(path: Path) -> Path:
-    """A path as seen from where the user stands, if it lies below."""
-    try:
-        return path.resolve().relative_to(Path.cwd())
-    except ValueError:
-        return path
 
 
 def run(fmu_path: Path, output: Path, step_deg: float = STEP_DEG) -> tuple[Results, list[Path]]:

@@ -41,6 +41,33 @@ def show(console: Console, rows: Sequence[Row]) -> None:
     console.print(table)
 
 
+def console() -> Console:
+    """The terminal, or a plain page of fixed width where the output is not one."""
+    terminal = Console(highlight=False)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=PLAIN_WIDTH)
+
+
+def show_table(console: Console, title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print a table, its first column to the left and all others to the right; in ASCII without a terminal."""
+    table = Table(title=title, title_justify="left", box=box.ROUNDED if console.is_terminal else box.ASCII)
+    for k, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if k else "left")
+    for row in rows:
+        table.add_row(*(text.replace("[", r"\[") for text in row))
+    console.print(table)
+
+
+def show_files(console: Console, folder: Path, written: Iterable[Path]) -> None:
+    """Print where the reports lie, as seen from where the user stands."""
+    try:
+        shown = folder.resolve().relative_to(Path.cwd())
+    except ValueError:
+        shown = folder
+    console.print(f"Tables and figures: {shown}", soft_wrap=True)
+    for path in written:
+        console.print(f"  {path.name}")
+
+
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A pipe table."""
     def line(texts: Sequence[str]) -> str:

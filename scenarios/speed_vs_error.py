@@ -18,9 +18,6 @@ from pathlib import Path
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from rich import box
-from rich.console import Console
-from rich.table import Table
 from tqdm import tqdm
 
 from scenarios import coupling as coupled
@@ -389,19 +386,12 @@ def report(results: Results, solving: str) -> str:
 
 def show(results: Results) -> None:
     """Print the summary; in ASCII where the output is not a terminal."""
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=reports.PLAIN_WIDTH)
+    console = reports.console()
     tables = [("Worst error of the tip: 10 % ripple at 3 Hz; time of a step: held = 1", headline(results))]
     if results.c_host is not None:
         tables.append((f"What a scene pays, in a C host: {results.machine}", scene_table(results.c_host)))
     for title, (headings, rows) in tables:
-        table = Table(title=title, title_justify="left", box=box.ROUNDED if console.is_terminal else box.ASCII)
-        for k, heading in enumerate(headings):
-            table.add_column(heading, justify="right" if k else "left")
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)
+        reports.show_table(console, title, headings, rows)
     for sentence in (*promises(results), *reading(results)):
         console.print(f"- {sentence}", markup=False)
 
