@@ -123,6 +123,11 @@ def compare(fmu: LinkageFmu, nominal: Turns, plants: Turns, families: list[Famil
 
 # --- sections 1 and 5: the published set -------------------------------------------------
 
+def hole_depth(dynamic: np.ndarray) -> float | None:
+    """How far in mm the ridge surface lies above the lowest point where one turn digs the published hole."""
+    return measures.surface_of_hole(dynamic, HOLE_MM, (1.0, 0.6 * float(np.ptp(dynamic.imag))))
+
+
 def _nominal_set(table: _Table, fmu: LinkageFmu, turn: Turns, plants: Turns, rounding: tuple[float, str]) -> float:
     """Trajectory, hole and posture. Returns the ridge surface's height in machine axes, mm."""
     phi, static, dynamic = turn.phi_deg, turn.static_mm, turn.dynamic_mm
@@ -158,7 +163,7 @@ def _nominal_set(table: _Table, fmu: LinkageFmu, turn: Turns, plants: Turns, rou
     table.add("tray_height", "5", "trajectory height set by the seedling tray, usually about 800 mm", f"{tall:.1f} mm",
               None, "the paper says neither from where the tray's height counts nor how high the machine stands")
 
-    depth = measures.surface_of_hole(dynamic, HOLE_MM, (1.0, 0.6 * tall))
+    depth = hole_depth(dynamic)
     if depth is None:
         table.add("hole_surface", "5, fig. 7b", f"hole {HOLE_MM} mm", "no surface gives it", False)
         depth = 0.3 * tall

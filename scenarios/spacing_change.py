@@ -29,7 +29,7 @@ from rich.console import Console  # noqa: E402
 
 from scenarios import command, figures, measures, reports  # noqa: E402
 from scenarios.cycle import FmuError, LinkageFmu, Turns  # noqa: E402
-from scenarios.published import HOLE_MM, SPACING  # noqa: E402
+from scenarios.published import HOLE_MM, SPACING, hole_depth  # noqa: E402
 
 SPACINGS = (0.3, 0.5)      # m: the first and the last plant spacing
 PLANTS = (3, 40, 3)        # crank turns at the first spacing, while it changes, at the last
@@ -178,7 +178,7 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     with LinkageFmu(options.fmu, SPACING) as fmu:
         options.output.mkdir(parents=True, exist_ok=True)
         nominal = fmu.run(STEADY_STEP_DEG).dynamic_mm
-        depth = measures.surface_of_hole(nominal, HOLE_MM, (1.0, 0.6 * float(np.ptp(nominal.imag))))
+        depth = hole_depth(nominal)
         if depth is None:
             raise FmuError(f"{options.fmu} does not start with the published set: no ridge surface gives its hole.")
         surface_mm = float(nominal.imag.min()) + depth
