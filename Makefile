@@ -22,6 +22,7 @@ test: build   ## build the FMUs and run every test
 build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
 	$(BIN)/python -m scenarios.partners.build
+	$(BIN)/python -m scenarios.ssp
 
 bench: build $(VENV)/ready-bench   ## measure what a step costs, speed against error beside other packages, and the hard cases
 	$(BIN)/python -m tests.hosts.step_cost

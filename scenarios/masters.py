@@ -183,6 +183,7 @@ class CoSimulation:
                                   f"a {_kind(variables[target])}.")
         place = {source: i for i, source in enumerate(sources)}
         scales = {target: self._conversion(target, source, variables) for target, source in connections.items()}
+        self.conversions = scales  # by input: factor and offset
 
         def grouped(ports: Sequence[Port], places: Callable[[Port], int], scaled: bool = False) -> list[Values]:
             groups: dict[tuple[str, str], list[Port]] = {}
