@@ -113,8 +113,8 @@ class Engine:
 
 ENGINES = {
     "ecos": Engine("Ecos", "ecospy", "adds the step up", ecos, summed),
-    "libcosim": Engine("libcosim", "libcosimpy", "counts nanoseconds; a step's length is the difference of two times", libcosim,
-                       whole_nanoseconds),
+    "libcosim": Engine("libcosim", "libcosimpy", "counts nanoseconds; a step's length is the difference of two times",
+                       libcosim, whole_nanoseconds),
 }
 
 

@@ -76,7 +76,8 @@ def ours(system: System, watched: Sequence[str], times: np.ndarray, steps: np.nd
     rows = []
     with CoSimulation(system, watched) as row:
         if row.not_offered:
-            raise SystemFault(f"The engines are compared by signals that this system lacks: {', '.join(row.not_offered)}.")
+            raise SystemFault("The engines are compared by signals that this system lacks: "
+                              f"{', '.join(row.not_offered)}.")
         for time, step in zip(times.tolist(), steps.tolist()):
             jacobi(row, time, step)
             rows.append(row.values())
@@ -137,7 +138,8 @@ def agreement(found: Sequence[Compared], watched: Sequence[str]) -> list[tuple[s
 AGREEMENT = ("engine", "worst difference", "signal", "our master at its clock")
 
 
-def beside(found: Sequence[Compared], watched: Sequence[str], base: np.ndarray) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def beside(found: Sequence[Compared], watched: Sequence[str], base: np.ndarray,
+           ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: the end of the row by our master and by each engine that ran."""
     run = [each for each in found if each.values is not None]
     rows = [(unit, *(f"{factor * values[-1, watched.index(name)]:.10g}" for values in (base, *(e.values for e in run))))
@@ -151,13 +153,14 @@ def sentences(found: Sequence[Compared], steps: int, signals: int) -> list[str]:
     agreeing = [each for each in run if each.agrees]
     said = []
     if agreeing:
-        said.append(f"{' and '.join(each.engine.title for each in agreeing)} agree{'s' * (len(agreeing) == 1)} with our Jacobi "
-                    f"master in each of {signals} signals after each of {steps} steps, to within "
+        names = " and ".join(each.engine.title for each in agreeing)
+        said.append(f"{names} agree{'s' * (len(agreeing) == 1)} with our Jacobi master in each of {signals} signals "
+                    f"after each of {steps} steps, to within "
                     f"{max(each.off.max() for each in agreeing):.0e} of the signal's range.")
     for each in run:
         if not each.agrees:
-            said.append(f"{each.engine.title} does not agree with our Jacobi master: it is off by up to {each.off.max():.1e} "
-                        "of a signal's range.")
+            said.append(f"{each.engine.title} does not agree with our Jacobi master: it is off by up to "
+                        f"{each.off.max():.1e} of a signal's range.")
         said.append(f"{each.engine.title} {each.engine.clock_text}. " + (
             "Our master, given these times, gives its results to the last bit: they differ in nothing else."
             if each.same else "Our master, given these times, does not give its results to the last bit: "
@@ -176,7 +179,8 @@ def draw(path: Path, found: Sequence[Compared], watched: Sequence[str], base: np
         signal.plot(time, base[:, column], color=figures.GREY, linewidth=2.6, label="our Jacobi master")
         for each, (colour, dashes) in zip(run, looks):
             signal.plot(time, each.values[:, column], dashes, color=colour, linewidth=1.4, label=each.engine.title)
-            off.plot(time, np.maximum(each.off.max(axis=1), 1e-17), color=colour, linewidth=1.0, label=each.engine.title)
+            off.plot(time, np.maximum(each.off.max(axis=1), 1e-17), color=colour, linewidth=1.0,
+                     label=each.engine.title)
         off.axhline(np.finfo(float).eps, color=figures.GREY, linewidth=0.8)
         off.annotate("a unit in the last place", (time[0], np.finfo(float).eps), xytext=(0, 3),
                      textcoords="offset points", fontsize=8, color="#555555")
@@ -204,25 +208,26 @@ def scene(options: argparse.Namespace, console: Console) -> tuple[list[Path], bo
         found = [compare(key, row.system, archive, WATCHED, base, step, row.stop, bar.update) for key in ENGINES]
     said = sentences(found, count, len(WATCHED))
     headings, rows = beside(found, WATCHED, base)
-    reports.show_table(console, f"{options.plants} plants, steps of {options.step:g} ms, difference of a signal / its range",
-                       AGREEMENT, agreement(found, WATCHED))
+    title = f"{options.plants} plants, steps of {options.step:g} ms, difference of a signal / its range"
+    reports.show_table(console, title, AGREEMENT, agreement(found, WATCHED))
     reports.show_table(console, "The end of the row", headings, rows)
     for sentence in said:
         console.print(f"- {sentence}", markup=False)
     files = [options.output / name for name in ("engines.md", "engines.csv", "engines.png")]
     files[0].write_text("\n".join([
         "# The field row in other engines", "",
-        f"Written by `python -m scenarios.engines`. `{archive.name}` holds {options.plants} plants; every engine runs it "
-        f"unchanged, {count} steps of {options.step:g} ms in which all FMUs step from what all gave before (Jacobi).", "",
+        f"Written by `python -m scenarios.engines`. `{archive.name}` holds {options.plants} plants; every engine runs "
+        f"it unchanged, {count} steps of {options.step:g} ms in which all FMUs step from what all gave "
+        "before (Jacobi).", "",
         *(f"- {sentence}" for sentence in said), "",
-        "None of the engines hands over slopes of inputs, nor steps one FMU after the other: our masters `extrapolated`, "
-        "`gauss-seidel` and `controlled` have no counterpart in them.", "",
+        "None of the engines hands over slopes of inputs, nor steps one FMU after the other: our masters "
+        "`extrapolated`, `gauss-seidel` and `controlled` have no counterpart in them.", "",
         "Difference of a signal, of its range:", "", reports.markdown_table(AGREEMENT, agreement(found, WATCHED)),
         reports.markdown_table(headings, rows), "![Torque of the crank and differences](engines.png)", "",
         "The partners are PythonFMU slaves, which load into a process of Python alone: the engines run here as "
         "Python packages. `engines.csv`: the worst difference of each signal.", ""]), encoding="utf-8")
     run = [each for each in found if each.off is not None]
-    reports.write_csv(files[1], ("signal", "range", *(f"{each.engine.title}, worst difference / range" for each in run)), (
+    reports.write_csv(files[1], ("signal", "range", *(f"{e.engine.title}, worst difference / range" for e in run)), (
         (name, f"{np.ptp(base[:, k]):.6g}", *(f"{each.off[:, k].max():.3g}" for each in run))
         for k, name in enumerate(WATCHED)))
     draw(files[2], found, WATCHED, base, step)
@@ -238,7 +243,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                         help="plants in the row (default: %(default)s)")
     parser.add_argument("--step", type=float, choices=(0.5, 1.0, 2.0, 5.0, 10.0), default=STEP_MS, metavar="MS",
                         help="communication step: 0.5, 1, 2, 5 or 10 ms (default: %(default)s)")
-    parser.add_argument("--archive", type=Path, default=ssp.OUTPUT, help="where the archive goes (default: %(default)s)")
+    parser.add_argument("--archive", type=Path, default=ssp.OUTPUT,
+                        help="where the archive goes (default: %(default)s)")
     parser.add_argument("--output", type=Path, default=command.ROOT / "build" / "reports" / "field_row",
                         help="folder for tables and figures (default: %(default)s)")
     options = parser.parse_args(arguments)

@@ -82,7 +82,8 @@ def plants(path: Turns, spacing_mm: np.ndarray, surface_mm: float) -> list[Plant
         if hole is None:
             continue
         # The moments in samples, between which the tip crosses the surface and, on a parabola, is lowest.
-        before, after = index[:bottom + 1][y[:bottom + 1] >= surface_mm][-1], index[bottom:][y[bottom:] >= surface_mm][0]
+        outside = index[y >= surface_mm]
+        before, after = outside[outside < bottom][-1], outside[outside > bottom][0]
         lower, upper = y[bottom - 1] - y[bottom], y[bottom + 1] - y[bottom]
         moments = (before + (y[before] - surface_mm) / (y[before] - y[before + 1]),
                    bottom + 0.5 * (lower - upper) / (lower + upper),
@@ -124,13 +125,13 @@ def findings(driven: Sequence[Plant], still: Sequence[Plant], off: np.ndarray) -
         f"{last.spacing:.0f} mm, {(last.hole.size - first.hole.size) / (last.spacing - first.spacing) * 10:.1f} mm for "
         "each 10 mm of spacing.",
         f"The nozzle's angle does not depend on S: in the ridge it swings from {first.nozzle[0]:.1f} to "
-        f"{first.nozzle[2]:.1f} deg, for every plant the same to {max(turned, 0.01):.2f} deg, since the machine carries "
-        "the nozzle without turning it. What changes is how the tip moves over ground when it sets the seedling: at its "
-        f"lowest {first.speed[1]:+.3f} m/s at {first.spacing:.0f} mm and {last.speed[1]:+.3f} m/s at "
+        f"{first.nozzle[2]:.1f} deg, for every plant the same to {max(turned, 0.01):.2f} deg, since the machine "
+        "carries the nozzle without turning it. What changes is how the tip moves over ground when it sets the "
+        f"seedling: at its lowest {first.speed[1]:+.3f} m/s at {first.spacing:.0f} mm and {last.speed[1]:+.3f} m/s at "
         f"{last.spacing:.0f} mm; {best}.",
-        f"Changing the spacing while driving spoils no plant: each of the {len(driven)} holes is as long as at a steady "
-        f"spacing within {off.max():.2f} mm (S changes by {np.ptp([p.spacing for p in driven]) / PLANTS[1]:.1f} mm from "
-        "plant to plant).",
+        f"Changing the spacing while driving spoils no plant: each of the {len(driven)} holes is as long as at a "
+        f"steady spacing within {off.max():.2f} mm (S changes by {np.ptp([p.spacing for p in driven]) / PLANTS[1]:.1f} "
+        "mm from plant to plant).",
     ]
 
 
@@ -189,7 +190,8 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     expected = np.interp([p.spacing for p in driven], STEADY_MM, [p.hole.size for p in still])
     sentences = findings(driven, still, np.abs(np.array([p.hole.size for p in driven]) - expected))
     rows = [cells(plant, each) for plant, each in zip(driven, expected)]
-    reports.show_table(console, "Every fifth plant; nozzle from straight down, tip's forward speed over ground", HEADINGS, rows[::5])
+    reports.show_table(console, "Every fifth plant; nozzle from straight down, tip's forward speed over ground",
+                       HEADINGS, rows[::5])
     for sentence in sentences:
         console.print(f"- {sentence}", markup=False)
     files = [options.output / name for name in ("spacing_change.md", "plants.csv", "spacing_change.png")]
@@ -197,11 +199,12 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
         "# Change the plant spacing while driving", "",
         "Written by `python -m scenarios.spacing_change`. The machine drives at "
         f"{SPACING / fmu.turn_time:.4f} m/s; within {PLANTS[1]} plants the spacing grows evenly with the way from "
-        f"{SPACINGS[0] * 1e3:.0f} to {SPACINGS[1] * 1e3:.0f} mm. The ridge surface is the one at which the published set "
-        f"digs its published hole of {HOLE_MM} mm, {depth:.1f} mm above the tip's lowest point. Communication step "
+        f"{SPACINGS[0] * 1e3:.0f} to {SPACINGS[1] * 1e3:.0f} mm. The ridge surface is the one at which the published "
+        f"set digs its published hole of {HOLE_MM} mm, {depth:.1f} mm above the tip's lowest point. Communication step "
         f"{STEP * 1e3:g} ms.", "",
-        *(f"- {sentence}" for sentence in sentences), "", "![Hole, nozzle and speed over the spacing](spacing_change.png)",
-        "", "Angles are the nozzle's from straight down, positive with its tip forward; speeds the tip's over ground, "
+        *(f"- {sentence}" for sentence in sentences), "",
+        "![Hole, nozzle and speed over the spacing](spacing_change.png)", "",
+        "Angles are the nozzle's from straight down, positive with its tip forward; speeds the tip's over ground, "
         "positive forward.", "", reports.markdown_table(HEADINGS, rows)]), encoding="utf-8")
     reports.write_csv(files[1], HEADINGS, rows)
     with plt.rc_context(figures.STYLE):

@@ -9,7 +9,8 @@ the FMU refuses is a row too, with its message. ``sweep.png`` shows the trade-of
 posture and acceleration.
 
 A scene is a function (path of the FMU, {parameter: value}, *, own=...) -> {name: number}; ``--scene
-package.module:function`` runs another than `planting_cycle`. What is varied are real parameters of the
+package.module:function`` runs another than scenarios.sweep_scenes:planting_cycle, for instance
+scenarios.sweep_scenes:planted_row, the whole field row. What is varied are real parameters of the
 FMU, in SI units, and as ``scene.own`` the scene's own keyword arguments.
 """
 
@@ -18,6 +19,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import hashlib
+import importlib.util
 import inspect
 import itertools
 import json
@@ -42,8 +44,9 @@ from rich.console import Console
 from tqdm import tqdm
 
 from scenarios import command, reports
-from scenarios.cycle import FmuError, first_line, require_fmu
-from scenarios.sweep_scenes import OWN, SweepError, find_scene, planting_cycle, run_point
+from scenarios.cycle import FmuError, Refused, first_line, require_fmu
+from scenarios.sweep_scenes import OWN, SweepError, find_scene, run_point
+from scenarios.system import SystemFault
 
 # The parameters of the paper's section 4, each as far as the linkage still turns or a little beyond.
 DEFAULT_RANGES = {"geometry.L1": (0.035, 0.065), "geometry.L4": (0.006, 0.036), "geometry.L7": (0.235, 0.270),
@@ -163,7 +166,7 @@ def opened(output: Path, study: Study) -> Iterator[Results]:
 
 @contextlib.contextmanager
 def cluster(scheduler: str | None, workers: int | None) -> Iterator[Client]:
-    """A client of the Dask cluster at an address, which is given this package; without one, of all cores here."""
+    """A client of the Dask cluster at an address, which is given this package if it lacks it, or of all cores here."""
     if scheduler is None:
         with (config.set({"distributed.scheduler.allowed-failures": 0}),
               LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None,
@@ -175,6 +178,9 @@ def cluster(scheduler: str | None, workers: int | None) -> Iterator[Client]:
     except (OSError, ValueError) as error:
         raise SweepError(f"There is no Dask scheduler at {scheduler}: {first_line(error)}") from error
     with connected as client, tempfile.TemporaryDirectory() as scratch:
+        if all(client.run(lambda: importlib.util.find_spec("scenarios") is not None).values()):
+            yield client
+            return
         package = Path(scratch) / "scenarios.zip"
         with zipfile.ZipFile(package, "w") as archive:
             for source in sorted(Path(__file__).parent.rglob("*.py")):
@@ -258,13 +264,17 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
             best = np.flatnonzero(usable)[front(np.abs(values[usable]))]
             names = list(study.ranges)
             rows = [(*(f"{table[name][int(k)].as_py():.4g}" for name in names), f"{values[k, 0] * 1e3:.1f}",
-                     f"{np.degrees(values[k, 1]):.1f}", f"{values[k, 2]:.1f}") for k in best[np.argsort(values[best, 0])]]
+                     f"{np.degrees(values[k, 1]):.1f}", f"{values[k, 2]:.1f}")
+                    for k in best[np.argsort(values[best, 0])]]
             headings = (*names, "hole / mm", "posture / deg", "acceleration / m/s2")
             reports.show_table(console, f"{len(best)} runs that no other beats in all three"
                                + (", the shortest holes first" if len(rows) > 12 else ""), headings, rows[:12])
             written += [options.output / "front.csv", options.output / "sweep.png"]
             reports.write_csv(written[1], headings, rows)
-            published = planting_cycle(options.fmu, {}) if study.scene == SCENE else {}
+            try:
+                published = find_scene(study.scene)(options.fmu, {})  # with the FMU's start values
+            except (FmuError, Refused, SystemFault):
+                published = {}
             sweep_figure.draw(written[2], values, usable, best, [published[name] for name in MEASURES if published],
                               f"{np.count_nonzero(usable)} of {total} runs")
     return written
@@ -312,17 +322,20 @@ def _number(least: int, most: int) -> Callable[[str], int]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
     parser = command.parser("sweep", __doc__)
-    parser.add_argument("--scene", default=SCENE, metavar="MODULE:FUNCTION", help="what a run is (default: %(default)s)")
+    parser.add_argument("--scene", default=SCENE, metavar="MODULE:FUNCTION",
+                        help="what a run is (default: %(default)s)")
     parser.add_argument("--parameter", action="append", type=_range, default=[], metavar="NAME=LOW:HIGH",
                         help="vary this one, in SI units; may be given several times (default: the paper's four)")
     parser.add_argument("--samples", type=_number(1, 10**7), default=SAMPLES, metavar="N",
                         help="of a Latin hypercube (default: %(default)s)")
     parser.add_argument("--grid", type=_number(2, 10**4), default=0, metavar="N",
                         help="instead: every combination of N values of each parameter")
-    parser.add_argument("--seed", type=_number(0, 2**31), default=1, help="of the Latin hypercube (default: %(default)s)")
+    parser.add_argument("--seed", type=_number(0, 2**31), default=1,
+                        help="of the Latin hypercube (default: %(default)s)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, as tcp://host:8786 (default: the "
                         "cores of this machine); its workers need Python with the packages of the sweep")
-    parser.add_argument("--workers", type=_number(1, 1024), metavar="N", help="processes on this machine (default: cores)")
+    parser.add_argument("--workers", type=_number(1, 1024), metavar="N",
+                        help="processes on this machine (default: cores)")
     options = parser.parse_args(arguments)
     try:
         return command.run(scene, options)

@@ -16,7 +16,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator  # noqa: E4
 
 from scenarios.figures import BLACK, STYLE, VERMILLION  # noqa: E402
 
-TITLES = ("hole length / mm", "posture: nozzle's mean lean in the ridge / deg", "greatest acceleration of the tip / (m/s²)")
+TITLES = ("hole length / mm", "posture: nozzle's mean lean in the ridge / deg",
+          "greatest acceleration of the tip / (m/s²)")
 SCALES = (1e3, 180 / np.pi, 1.0)
 
 
@@ -30,8 +31,8 @@ def draw(path: Path, values: np.ndarray, usable: np.ndarray, best: np.ndarray, p
         for axes, (x, y, z) in zip(panels, ((0, 1, 2), (0, 2, 1), (1, 2, 0))):
             dots = axes.scatter(shown[usable, x], shown[usable, y], c=shown[usable, z], cmap="viridis", s=16,
                                 norm=LogNorm() if z == 2 else None)
-            axes.plot(shown[best, x], shown[best, y], "o", markersize=8, markerfacecolor="none", markeredgecolor=VERMILLION,
-                      label="beaten by no other run in all three")
+            axes.plot(shown[best, x], shown[best, y], "o", markersize=8, markerfacecolor="none",
+                      markeredgecolor=VERMILLION, label="beaten by no other run in all three")
             if published:
                 at = [value * scale for value, scale in zip(published, SCALES)]
                 axes.plot(at[x], at[y], "*", color=BLACK, markersize=13, label="published set")

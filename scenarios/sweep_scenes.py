@@ -12,6 +12,7 @@ import math
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -21,9 +22,12 @@ from dask.distributed import get_worker
 from scenarios import measures
 from scenarios.cycle import FmuError, LinkageFmu, Refused, first_line
 from scenarios.published import SPACING, hole_depth
+from scenarios.system import SystemFault
 
 OWN = "scene."   # prefix of the scene's own arguments among the parameters
 STEP_DEG = 0.5   # of the crank, between the samples of a planting cycle
+ROW_PLANTS = 3
+ROW_STEP = 5e-3  # s: communication step of a planted row
 
 
 class SweepError(Exception):
@@ -61,6 +65,36 @@ def planting_cycle(fmu: Path, parameters: Mapping[str, float], *, spacing: float
             "margin": float(turns["assembly.margin"].min())}
 
 
+def planted_row(fmu: Path, parameters: Mapping[str, float], *, spacing: float = SPACING,
+                cruise: float = SPACING * 65 / 60) -> dict[str, float]:
+    """The field row of scenarios/row_system.toml with this linkage: ROW_PLANTS plants, ``cruise`` is in m/s.
+
+    ``hole`` and ``depth`` in m, ``posture`` (the seedling's lean out of the vertical, either way) in rad and ``speed``
+    over ground at depth in m/s are means of the holes; ``acceleration`` is the tip's greatest in m/s2,
+    ``work`` the tractor's in J a plant. Needs the project where it runs: its workers load the partners' FMUs.
+    """
+    from scenarios import row_run
+    from scenarios.system import load_system
+
+    system = load_system()
+    system = replace(system, components=tuple(replace(c, fmu=fmu) if c.name == "linkage" else c
+                                              for c in system.components))
+    row = row_run.row_of(system.with_parameters({
+        "drivetrain.plant.spacing": spacing, "drivetrain.speed.cruise": cruise,
+        **{f"linkage.{name}": value for name, value in parameters.items()}}), ROW_PLANTS)
+    record = row_run.run(row.system, "extrapolated", ROW_STEP, row.stop,
+                         watched=(*row_run.WATCHED, "linkage.tip.ax", "linkage.tip.ay"))
+    holes = record.holes
+    if not holes:
+        raise Refused("the tip never went into the soil and out again")
+    return {"hole": float(np.mean([hole.length for hole in holes])),
+            "posture": float(np.mean([abs(hole.lean) for hole in holes])),
+            "acceleration": float(np.hypot(record["linkage.tip.ax"], record["linkage.tip.ay"]).max()),
+            "depth": float(np.mean([hole.depth for hole in holes])),
+            "speed": float(np.mean([hole.speed for hole in holes])),
+            "work": float(record["drivetrain.energy.tractor"][-1]) / len(holes)}
+
+
 def find_scene(name: str) -> Callable[[Path, Mapping[str, float]], Mapping[str, float]]:
     """The function that ``package.module:name`` names."""
     module, _, function = name.partition(":")
@@ -79,7 +113,7 @@ def run_point(scene: str, fmu: bytes, key: int, parameters: dict[str, float]) ->
         fmus = {name: value for name, value in parameters.items() if not name.startswith(OWN)}
         row |= {name: float(value) for name, value in find_scene(scene)(_unpacked(fmu), fmus, **own).items()}
         row |= {"status": "done", "message": ""}
-    except Refused as refusal:
+    except (Refused, SystemFault) as refusal:
         row |= {"status": "refused", "message": str(refusal)}
     except Exception as error:  # whatever a scene or an FMU may raise is worth a row, not the sweep's end
         row |= {"status": "failed", "message": f"{type(error).__name__}: {error}"}

@@ -172,7 +172,8 @@ def draw(runs: Sequence[np.ndarray], taken: np.ndarray, counts: Sequence[int]) -
     price.xaxis.set_major_locator(FixedLocator(counts))
     price.xaxis.set_minor_locator(NullLocator())
     price.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    price.set(xlabel="instances", ylabel="time of a step an instance (1 alone = 1)", ylim=(0, max(1.25, 1.1 * high.max())))
+    price.set(xlabel="instances", ylabel="time of a step an instance (1 alone = 1)",
+              ylim=(0, max(1.25, 1.1 * high.max())))
     price.set_title("Cost of an instance, through fmpy", loc="left")
     return figure
 
@@ -192,12 +193,14 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     shafts, costs = shaft_table(runs), cost_table(taken, COUNTS)
     twelve, most = costs[COUNTS.index(ROWS)], costs[-1]
     sentences = [
-        f"All {ROWS} instances run from one loaded binary side by side, and every tip is where the first row's is at the "
-        f"angle that the row is ahead, within {disagreement(runs) * 1e3:.0e} mm.",
+        f"All {ROWS} instances run from one loaded binary side by side, and every tip is where the first row's is at "
+        f"the angle that the row is ahead, within {disagreement(runs) * 1e3:.0e} mm.",
         f"Mounted evenly, the rows leave {shafts[-1][-1]} of the torque's swing that they have in phase "
-        f"({shafts[-1][3]} of {shafts[0][3]} N.m), and their plants stand a twelfth of the spacing apart from row to row.",
-        f"A step of {ROWS} rows costs {twelve[1]} times that of one, an instance {twelve[2]} times what it costs alone; of "
-        f"{most[0]} rows {most[1]} times, an instance {most[2]} times. Through fmpy, whose Python is most of it.",
+        f"({shafts[-1][3]} of {shafts[0][3]} N.m), and their plants stand a twelfth of the spacing apart from row "
+        "to row.",
+        f"A step of {ROWS} rows costs {twelve[1]} times that of one, an instance {twelve[2]} times what it costs "
+        f"alone; of {most[0]} rows {most[1]} times, an instance {most[2]} times. Through fmpy, whose Python is most "
+        "of it.",
     ]
     reports.show_table(console, f"Torque of the shaft over a turn, {WEIGHT:g} N on every tip", HEADINGS, shafts)
     reports.show_table(console, "Cost of a communication step", COST_HEADINGS, costs)
@@ -206,11 +209,12 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     files = [options.output / name for name in ("twelve_rows.md", "turn.csv", "cost.csv", "twelve_rows.png")]
     files[0].write_text("\n".join([
         "# Twelve rows on one crank", "",
-        f"Written by `python -m scenarios.twelve_rows` on: {scene_cost.machine()}. {PLANTING_SPEED * 60 / TURN:.0f} turns a "
-        f"minute, plant spacing {SPACING * 1e3:.0f} mm, {STEPS} communication steps a turn.", "",
+        f"Written by `python -m scenarios.twelve_rows` on: {scene_cost.machine()}. {PLANTING_SPEED * 60 / TURN:.0f} "
+        f"turns a minute, plant spacing {SPACING * 1e3:.0f} mm, {STEPS} communication steps a turn.", "",
         *(f"- {sentence}" for sentence in sentences), "", "![Plants, torque and cost](twelve_rows.png)", "",
         reports.markdown_table(HEADINGS, shafts),
-        f"A step of all instances; medians of the ratios within {options.rounds} interleaved rounds of {COST_STEPS} steps.",
+        f"A step of all instances; medians of the ratios within {options.rounds} interleaved rounds of {COST_STEPS} "
+        "steps.",
         "", reports.markdown_table(COST_HEADINGS, costs),
         "`turn.csv`: a turn of the evenly mounted rows, SI units.", ""]), encoding="utf-8")
     reports.write_csv(files[1], ("row", "crank.phi", *OUTPUTS), (

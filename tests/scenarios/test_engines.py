@@ -95,8 +95,8 @@ def test_the_command_writes_the_archive_and_says_where(tmp_path: Path) -> None:
 @pytest.mark.skipif(not any(map(installed, ENGINES)), reason="offered for Linux on x86_64 alone")
 def test_every_engine_runs_the_row_as_our_master_does(tmp_path: Path) -> None:
     process = subprocess.run(
-        [sys.executable, "-m", "scenarios.engines", "--plants", "2", "--step", "5", "--output", str(tmp_path / "report"),
-         "--archive", str(tmp_path / "row.ssp")],
+        [sys.executable, "-m", "scenarios.engines", "--plants", "2", "--step", "5",
+         "--output", str(tmp_path / "report"), "--archive", str(tmp_path / "row.ssp")],
         cwd=PROJECT_ROOT, capture_output=True, encoding="utf-8", timeout=120)
     assert (process.returncode, process.stderr) == (0, ""), process.stdout
     count = sum(map(installed, ENGINES))
@@ -152,8 +152,8 @@ def test_other_names_and_units_reach_the_engine(key: str, fmu_file: Path, tmp_pa
 @each_engine
 def test_what_an_engine_says_when_it_fails_is_in_the_table(key: str, row: row_run.Row, tmp_path: Path) -> None:
     (tmp_path / "broken.ssp").write_bytes(b"no archive")
-    found = engines.compare(key, row.system, tmp_path / "broken.ssp", ("linkage.ground.x",), np.zeros((3, 1)), 0.01, 0.03,
-                            lambda: None)
+    found = engines.compare(key, row.system, tmp_path / "broken.ssp", ("linkage.ground.x",), np.zeros((3, 1)),
+                            0.01, 0.03, lambda: None)
     assert not found.agrees and not found.missing and found.problem
     assert engines.agreement([found], ("linkage.ground.x",))[0][1:3] == ("not run", found.problem)
 

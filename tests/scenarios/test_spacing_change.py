@@ -50,7 +50,8 @@ def test_every_plant_of_the_way_is_found_at_its_spacing(finished: tuple[str, lis
 def test_the_hole_grows_with_the_spacing_and_is_the_published_one_at_400_mm(
         finished: tuple[str, list[dict[str, str]]]) -> None:
     rows = finished[1]
-    spacing, hole, steady = (np.array([float(row[name]) for row in rows]) for name in ("S / mm", "hole / mm", "steady / mm"))
+    spacing, hole, steady = (np.array([float(row[name]) for row in rows])
+                             for name in ("S / mm", "hole / mm", "steady / mm"))
     assert np.interp(400, spacing, hole) == pytest.approx(46.7, abs=0.15)
     assert np.abs(hole - steady).max() <= 0.15
     assert np.all(np.diff(hole) >= 0) and np.ptp(hole) > 50

@@ -16,8 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from scenarios import sweep
+from scenarios.partners.build import build as build_partners
 from scenarios.sweep import Results, Study, front, main
-from scenarios.sweep_scenes import planting_cycle
+from scenarios.sweep_scenes import planted_row, planting_cycle, run_point
 from tests.conftest import PROJECT_ROOT
 
 RANGES = ("--parameter", "geometry.L1=0.045:0.055", "--parameter", "geometry.L4=0.016:0.020")
@@ -79,6 +80,16 @@ def test_published_set_in_the_default_scene(fmu_file: Path) -> None:
     assert planting_cycle(fmu_file, {}) == found
 
 
+def test_the_field_row_is_a_scene_too(fmu_file: Path) -> None:
+    build_partners()
+    found = planted_row(fmu_file, {})
+    wider = planted_row(fmu_file, {}, spacing=0.45)
+    assert 0.03 < found["hole"] < 0.07 and wider["hole"] > found["hole"] + 0.01
+    assert wider["depth"] == pytest.approx(found["depth"], abs=2e-3) and found["work"] > 0
+    row = run_point("scenarios.sweep_scenes:planted_row", fmu_file.read_bytes(), 7, {"geometry.L1": 0.065})
+    assert (row["point"], row["status"]) == (7, "refused") and "mm too long for the two links" in row["message"]
+
+
 # --- what is kept ---------------------------------------------------------------------------------
 
 def test_rows_are_merged_without_loss_and_once_each_after_a_merge_that_was_cut_off(tmp_path: Path) -> None:
@@ -102,7 +113,8 @@ def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(fmu_file:
     line = [sys.executable, "-m", "scenarios.sweep", "--fmu", str(fmu_file), "--output", str(output), *RANGES,
             "--samples", str(samples), "--workers", str(workers), "--scene", f"{HERE}:slow_and_counted"]
     environment = {**os.environ, "SWEEP_TEST_LOG": str(log)}
-    killed = subprocess.Popen(line, cwd=PROJECT_ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    killed = subprocess.Popen(line, cwd=PROJECT_ROOT, env=environment,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while len(list((output / "results").glob("*.parquet"))) < samples // 3 and time.monotonic() < deadline:
         time.sleep(0.01)
@@ -146,8 +158,8 @@ def test_a_refused_geometry_is_a_row_with_the_fmu_s_message(run_scene: Run, tmp_
 
 
 def test_a_run_that_ends_its_process_is_a_row_and_not_the_end(run_scene: Run, tmp_path: Path) -> None:
-    process = run_scene("sweep", "--output", tmp_path, "--workers", 2, "--grid", 3, "--scene", f"{HERE}:sometimes_fatal",
-                        "--parameter", "geometry.L1=0.045:0.055")
+    process = run_scene("sweep", "--output", tmp_path, "--workers", 2, "--grid", 3,
+                        "--scene", f"{HERE}:sometimes_fatal", "--parameter", "geometry.L1=0.045:0.055")
     assert process.returncode == 0, process.stderr
     small, middle, large = rows(tmp_path)
     assert (small["status"], small["message"]) == ("failed", "ValueError: too small for this scene")
@@ -158,8 +170,13 @@ def test_a_run_that_ends_its_process_is_a_row_and_not_the_end(run_scene: Run, tm
 def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_scene: Run, tmp_path: Path) -> None:
     away, address = tmp_path / "away", tmp_path / "scheduler.json"
     away.mkdir()
+    (away / "sitecustomize.py").write_text("import sys\nsys.path = [p for p in sys.path if p and p != "
+                                           f"{str(PROJECT_ROOT)!r}]\n")
+    (away / "prove.py").write_text("import scenarios\n")
     cli = [sys.executable, "-m"]
-    common = {"cwd": away, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    common = {"cwd": away, "env": {**os.environ, "PYTHONPATH": str(away)},
+              "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    assert subprocess.run([sys.executable, "prove.py"], **common).returncode != 0
     scheduler = subprocess.Popen([*cli, "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard",
                                   "--scheduler-file", str(address), "--host", "127.0.0.1"], **common)
     worker = subprocess.Popen([*cli, "distributed.cli.dask_worker", "--scheduler-file", str(address), "--no-dashboard",
@@ -188,7 +205,8 @@ def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_sc
     (("--scheduler", "tcp://127.0.0.1:9"), "There is no Dask scheduler at tcp://127.0.0.1:9"),
 ])
 def test_what_cannot_be_run_is_said_in_a_line(fmu_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                              monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], said: str) -> None:
+                                              monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...],
+                                              said: str) -> None:
     monkeypatch.setattr(sweep, "PATIENCE", "1s")
     try:
         status = main(["--fmu", str(fmu_file), "--output", str(tmp_path), *arguments])

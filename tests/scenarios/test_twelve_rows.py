@@ -17,7 +17,8 @@ from scenarios.twelve_rows import COUNTS, OUTPUTS, ROWS, STEPS, WEIGHT, Machine
 
 
 @pytest.fixture(scope="module")
-def output(run_scene: Callable[..., subprocess.CompletedProcess[str]], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def output(run_scene: Callable[..., subprocess.CompletedProcess[str]],
+           tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports") / "new" / "twelve_rows"
     process = run_scene("twelve_rows", "--rounds", 3, "--output", folder)
     assert (process.returncode, process.stderr) == (0, "")
