@@ -38,6 +38,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from dask import config
 from dask.distributed import Client, Future, LocalCluster, as_completed
+from dask.system import CPU_COUNT
 from filelock import FileLock, Timeout
 from fmpy import read_model_description
 from rich.console import Console
@@ -169,7 +170,7 @@ def cluster(scheduler: str | None, workers: int | None) -> Iterator[Client]:
     """A client of the Dask cluster at an address, which is given this package if it lacks it, or of all cores here."""
     if scheduler is None:
         with (config.set({"distributed.scheduler.allowed-failures": 0}),
-              LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None,
+              LocalCluster(n_workers=workers or CPU_COUNT, threads_per_worker=1, dashboard_address=None,
                            silence_logs="CRITICAL") as local, Client(local) as client):
             yield client
         return

@@ -71,6 +71,8 @@ def test_parameters_keep_all_their_digits(row: row_run.Row, archive: Path) -> No
 def test_the_same_system_makes_the_same_file(row: row_run.Row, archive: Path, tmp_path: Path) -> None:
     assert ssp.write(row.system, row.stop, tmp_path / "again.ssp").read_bytes() == archive.read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["again.ssp"]
+    with zipfile.ZipFile(archive) as files:
+        assert {info.date_time for info in files.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
 
 def test_the_standard_s_schema_is_asked(row: row_run.Row, monkeypatch: pytest.MonkeyPatch) -> None:
