@@ -22,7 +22,7 @@ console = Console()
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Entry point; returns the exit status: 0 done, 1 refused or a check failed."""
+    """Entry point; returns the exit status: 0 done, 1 refused or a check failed, 2 no FMU to validate."""
     parser = argparse.ArgumentParser(
         prog="linkage-fmu", description="Build and check the FMUs of the transplanter linkage."
     )
@@ -43,9 +43,22 @@ def main(arguments: list[str] | None = None) -> int:
     info.add_argument("fmu", type=Path, nargs="+")
     info.set_defaults(run=run_info)
 
-    validate = commands.add_parser("validate", help="check FMUs as fmpy does")
-    validate.add_argument("fmu", type=Path, nargs="+")
-    validate.set_defaults(run=run_validate)
+    validate = commands.add_parser(
+        "validate",
+        help="check FMUs of any origin: files, binaries, runs",
+        description="Check FMUs of any origin. Exit status: 0 all passed, 1 a check failed, 2 a file cannot be read or written.",
+    )
+    validate.add_argument("fmu", type=Path, nargs="*")
+    validate.add_argument("--list", action="store_true", help="show the checks and what each proves")
+    validate.add_argument("--junit", type=Path, metavar="FILE", help="write the results as JUnit XML as well")
+    validate.add_argument("--skip", action="append", default=[], metavar="CHECK", help="leave a check out; repeatable")
+    validate.add_argument(
+        "--timeout", type=seconds, default=30.0, metavar="SECONDS", help="most that one check's run may take (30)"
+    )
+    validate.add_argument(
+        "--glibc", type=glibc_version, default=(2, 17), metavar="VERSION", help="oldest glibc of your hosts (2.17)"
+    )
+    validate.set_defaults(run=run_validate, parser=validate)
 
     chosen = parser.parse_args(arguments)
     try:
@@ -96,17 +109,51 @@ def run_info(chosen: argparse.Namespace) -> int:
 
 
 def run_validate(chosen: argparse.Namespace) -> int:
-    from fmpy.validation import validate_fmu
+    from .validation.report import check_table, result_table, summary, write_junit
+    from .validation.subject import Options
+    from .validation.table import FAILED, NAMES, validate
 
-    failed = False
-    for fmu in chosen.fmu:
-        read_fmu(fmu)
-        problems = validate_fmu(str(fmu))
-        failed = failed or bool(problems)
-        say(f"{fmu}: {'problems' if problems else 'no problems found'}")
-        for problem in problems:
-            say(f"  {problem}")
-    return 1 if failed else 0
+    if chosen.list:
+        console.print(check_table())
+        return 0
+    if not chosen.fmu:
+        chosen.parser.error("which FMU?")
+    for name in chosen.skip:
+        if name not in NAMES:
+            chosen.parser.error(f"--skip {name}: no such check; there are {', '.join(NAMES)}")
+    options = Options(limit=chosen.timeout, glibc=chosen.glibc, skip=frozenset(chosen.skip))
+    results, is_incomplete = {}, False
+    for fmu in dict.fromkeys(chosen.fmu):
+        try:
+            with console.status(str(fmu)) as status:
+                results[fmu] = validate(fmu, options, lambda title, fmu=fmu: status.update(f"{fmu}: {title}"))
+        except OSError as problem:
+            print(f"linkage-fmu: {fmu}: {problem.strerror or problem}", file=sys.stderr)
+            is_incomplete = True
+            continue
+        say(str(fmu))
+        console.print(result_table(results[fmu]))
+        say(summary(results[fmu]))
+    if chosen.junit is not None:
+        try:
+            write_junit(chosen.junit, results)
+        except OSError as problem:
+            print(f"linkage-fmu: {chosen.junit}: {problem.strerror or problem}", file=sys.stderr)
+            is_incomplete = True
+    failed = any(result.outcome == FAILED for of_one in results.values() for result in of_one)
+    return 2 if is_incomplete else int(failed)
+
+
+def seconds(text: str) -> float:
+    value = float(text)
+    if not 0 < value < 1e6:
+        raise ValueError
+    return value
+
+
+def glibc_version(text: str) -> tuple[int, int]:
+    major, minor = text.split(".")
+    return int(major), int(minor)
 
 
 def say(text: str) -> None:

@@ -40,8 +40,9 @@ def test_info(fmu_file, capsys):
 
 
 def test_validate(fmu_file, capsys):
+    """More in test_validation.py."""
     assert main(["validate", str(fmu_file)]) == 0
-    assert "no problems found" in capsys.readouterr().out
+    assert "0 failed" not in (said := capsys.readouterr().out) and "passed" in said and "failed" not in said
 
 
 def test_generate_check(capsys):
@@ -87,23 +88,25 @@ def broken(kind: str, folder: Path, fmu_file: Path) -> Path:
 @pytest.mark.parametrize("command", ["info", "validate"])
 @pytest.mark.parametrize("kind", ["missing", "no zip", "cut off", "empty", "no description", "no XML", "folder"])
 def test_no_fmu(tmp_path, fmu_file, capsys, kind, command):
-    """A message with the file's name, status 1; no traceback, which main() would let through as an exception."""
+    """A message with the file's name, status 1, and 2 where validate finds nothing to judge; no traceback, which main()
+    would let through as an exception."""
     path = broken(kind, tmp_path, fmu_file)
-    assert main([command, str(path)]) == 1
+    assert main([command, str(path)]) == (2 if command == "validate" and kind in ("missing", "folder") else 1)
     captured = capsys.readouterr()
     said = (captured.out + captured.err).replace("\n", "")
-    assert path.name in said and "no problems found" not in said
+    assert path.name in said and (command == "info" or kind in ("missing", "folder") or "failed" in said)
 
 
-def test_validate_tells_what_is_wrong(tmp_path, fmu_file, capsys):
-    """A good archive with a bad description: what fmpy finds, and status 1; the good one after it is judged too."""
+def test_validate_goes_on(tmp_path, fmu_file, capsys):
+    """What fmpy finds in a bad description, a file that is not there, and a good FMU after them."""
     bad = tmp_path / "bad.fmu"
     with zipfile.ZipFile(fmu_file) as old, zipfile.ZipFile(bad, "w") as new:
         for name in old.namelist():
             new.writestr(name, old.read(name).replace(b'unit="rad"', b'unit="furlong"', 1))
-    assert main(["validate", str(bad), str(fmu_file)]) == 1
-    said = capsys.readouterr().out
-    assert "furlong" in said and "no problems found" in said
+    assert main(["validate", str(bad), str(tmp_path / "none.fmu"), str(fmu_file)]) == 2
+    captured = capsys.readouterr()
+    assert "furlong" in captured.out and "none.fmu" in captured.err
+    assert captured.out.index("failed") < captured.out.index(fmu_file.name)
 
 
 def test_output_that_is_a_file(tmp_path, capsys):

@@ -1,0 +1,448 @@
+"""linkage-fmu validate: a whole FMU passes every check, and for each check there is an FMU that it refuses.
+
+The broken ones are copies of the built FMU, or of a small one (small_fmu.c), with one thing wrong.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import time
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from junitparser import JUnitXml
+
+from fmu_src.exporter.archive import write_archive
+from fmu_src.exporter.cli import main
+from fmu_src.exporter.compiler import host_platform
+from fmu_src.exporter.validation.subject import Options
+from fmu_src.exporter.validation.table import CHECKS, FAILED, NAMES, PASSED, SKIPPED, Result, validate
+from tests.conftest import PROJECT_ROOT
+from tests.exporter import small_fmu
+
+TWIN = PROJECT_ROOT / "build" / "twin" / "TransplanterLinkageTwin.fmu"
+EDITIONS = ("2.0", "3.0")
+Files = dict[str, bytes]
+# To save time, most tests leave out checks that have nothing to do with what is broken.
+IN_FILES = ("archive", "value-references", "files", "terminals", "interface")
+IN_BINARIES = ("binaries", "functions", "symbols", "libraries", "glibc")
+
+
+@pytest.fixture
+def checked(tmp_path) -> Callable[..., dict[str, Result]]:
+    """Validates files as one FMU; the results by title, "run (CS)"."""
+
+    def check(files: Files | Path, only: tuple[str, ...] = NAMES, **options) -> dict[str, Result]:
+        path = files if isinstance(files, Path) else tmp_path / "Checked.fmu"
+        if path is not files:
+            write_archive(path, files)
+        options.setdefault("skip", frozenset(NAMES) - {*only})
+        return {result.title: result for result in validate(path, Options(**options))}
+
+    return check
+
+
+@pytest.fixture
+def built(fmu_file) -> Files:
+    with zipfile.ZipFile(fmu_file) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def changed(files: Files, name: str, old: str, new: str) -> Files:
+    """A copy with `old` replaced in one file, which must have it."""
+    assert old.encode() in files[name], old
+    return files | {name: files[name].replace(old.encode(), new.encode(), 1)}
+
+
+def refused(results: dict[str, Result], *titles: str) -> str:
+    """What is said against the FMU, once it is clear that these checks refuse it and no others do."""
+    assert [title for title, result in results.items() if result.outcome == FAILED] == list(titles), {
+        title: result.problems for title, result in results.items() if result.problems
+    }
+    return "\n".join(problem for title in titles for problem in results[title].problems)
+
+
+# ---- whole FMUs ----------------------------------------------------------------------------------
+
+
+def test_the_built_fmu_passes_every_check(checked, fmu_file):
+    begin = time.perf_counter()
+    results = checked(fmu_file)
+    refused(results)
+    assert {title for title, result in results.items() if result.outcome == SKIPPED} <= {"terminals"}
+    assert {result.check.name for result in results.values()} == {check.name for check in CHECKS}
+    assert time.perf_counter() - begin < 20  # 2 s on an idle machine
+
+
+@pytest.mark.parametrize("edition", EDITIONS)
+def test_a_foreign_fmu(checked, edition):
+    """Both interface types are run; what needs our interface is skipped, with the reason."""
+    results = checked(small_fmu.content(edition))
+    refused(results)
+    for title in ("run (CS)", "run (ME)", "serialized-state (CS)", "serialized-state (ME)", "derivatives (ME)"):
+        assert results[title].outcome == PASSED, results[title]
+    for title in ("interface", "kinematics (CS)", "kinematics (ME)"):
+        assert results[title].outcome == SKIPPED and "interface" in results[title].skipped
+    assert all(result.skipped for result in results.values() if result.outcome == SKIPPED)
+
+
+def test_the_twin(checked):
+    """What PythonFMU makes is foreign code around our interface: its binaries are refused, its values are right."""
+    results = checked(TWIN)
+    said = refused(results, "symbols", "libraries", "glibc", "token (CS)")
+    assert "PySlaveInstance" in said and "python3.dll" in said and "glibc 2.32" in said and "any token" in said
+    assert results["kinematics (CS)"].outcome == PASSED
+
+
+# ---- broken files --------------------------------------------------------------------------------
+
+
+def with_entry(path: Path, files: Files, name: str, data: bytes = b"x", **attributes) -> Path:
+    """An archive with one more entry, as zipfile would not write it by itself."""
+    write_archive(path, files)
+    with zipfile.ZipFile(path, "a") as archive:
+        entry = zipfile.ZipInfo("placeholder", (1980, 1, 1, 0, 0, 0))
+        entry.filename = entry.orig_filename = name
+        for attribute, value in attributes.items():
+            setattr(entry, attribute, value)
+        archive.writestr(entry, data, compress_type=attributes.get("compress_type"))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "attributes", "reason"),
+    [
+        ("../../evil.sh", {}, "leads out of the folder"),
+        ("/etc/evil", {}, "leads out of the folder"),
+        ("C:/evil", {}, "leads out of the folder"),
+        ("resources/../../evil", {}, "leads out of the folder"),
+        ("resources\\table.csv", {}, "backslash"),
+        ("resources/größe.csv", {}, "not ASCII"),
+        ("documentation/licenses/license.TXT", {}, "one file on Windows"),
+        ("documentation/licenses/LICENSE.txt", {}, "is there 2 times"),
+        ("resources/link", {"external_attr": 0o120777 << 16, "create_system": 3}, "symbolic link"),
+        ("resources/packed", {"compress_type": zipfile.ZIP_BZIP2}, "method 12"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_names_and_packing(checked, tmp_path, built, name, attributes, reason):
+    path = with_entry(tmp_path / "Odd.fmu", built, name, **attributes)
+    said = refused(checked(path, IN_FILES), "archive")
+    assert repr(name) in said and reason in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["Odd.fmu"], "something landed outside"
+
+
+def test_damaged_content(tmp_path, checked, built):
+    path = tmp_path / "Damaged.fmu"
+    write_archive(path, built)
+    data = bytearray(path.read_bytes())
+    place = data.index(b"modelDescription.xml") + 2000  # in the packed bytes of the first entry
+    data[place] ^= 0xFF
+    path.write_bytes(data)
+    results = checked(path)
+    assert results["archive"].outcome == FAILED
+    assert all(
+        result.outcome == SKIPPED for title, result in results.items() if title not in ("archive", "description")
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ('unit="rad"', 'unit="furlong"', "furlong"),
+        ('fmiVersion="2.0"', 'fmiVersion="2.0" colour="red"', "colour"),
+        ("<Outputs>", "<Outputs><!-- -->", None),
+        ('name="crank.w"', 'name="crank w"', "crank w"),
+        ('name="crank.w"', 'name="crank.a"', "not unique"),
+    ],
+)
+def test_description(checked, built, old, new, reason):
+    results = checked(changed(built, "modelDescription.xml", old, new), ("archive", "description"))
+    if reason is None:
+        refused(results)
+    else:
+        assert reason in refused(results, "description")
+
+
+def test_double_value_references(checked, built):
+    results = checked(changed(built, "modelDescription.xml", 'valueReference="4"', 'valueReference="3"'), IN_FILES)
+    said = "\n".join(results["value-references"].problems)
+    assert "value reference 3: crank.w, crank.a" in said
+    assert results["interface"].problems == ["crank.a: value reference 3, not 4"]
+
+
+def test_double_value_references_in_fmi3(checked):
+    files = changed(small_fmu.content("3.0"), "modelDescription.xml", 'valueReference="2"', 'valueReference="1"')
+    results = checked(files, ("description",))
+    assert any('"k"' in problem and "same value reference" in problem for problem in results["description"].problems)
+
+
+DOCUMENT = b"""<html><body><a href="more.html#a">more</a> <a href="https://fmi-standard.org">FMI</a>
+<img src="a%20b.png"></body></html>"""
+
+
+def test_missing_document(checked, built):
+    files = built | {
+        "documentation/index.html": DOCUMENT,
+        "documentation/a b.png": b"",
+        "documentation/more.html": b"<p>",
+    }
+    refused(checked(files, IN_FILES))
+    del files["documentation/more.html"]
+    assert "more.html#a, which is missing" in refused(checked(files, IN_FILES), "files")
+
+
+def test_missing_source(checked, built):
+    interface = '<CoSimulation modelIdentifier="TransplanterLinkage"'
+    files = changed(built, "modelDescription.xml", interface, f"{interface} ")
+    xml = files["modelDescription.xml"].decode()
+    xml = re.sub(r"(<CoSimulation[^>]*)/>", r'\1><SourceFiles><File name="all.c"/></SourceFiles></CoSimulation>', xml)
+    files |= {"modelDescription.xml": xml.encode(), "sources/all.c": b"/* */"}
+    refused(checked(files, IN_FILES))
+    del files["sources/all.c"]
+    assert "sources/all.c" in refused(checked(files, IN_FILES), "files")
+
+
+MANIFEST = """<fmiReferences xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest"
+fmi-ls:fmi-ls-name="org.example.notes" fmi-ls:fmi-ls-version="1.0.0" fmi-ls:fmi-ls-description="notes">
+<Related type="text/plain" source="note.txt" role="document" checksumType="SHA-256"
+checksum="98ea6e4f216f2fb4b69fff9b3a44842c38686ca685f3f55dc48c5d3fb1107be4"/></fmiReferences>"""
+
+
+def test_manifest(checked, built):
+    folder = "extra/org.example.notes"
+    files = built | {f"{folder}/fmi-ls-manifest.xml": MANIFEST.encode(), f"{folder}/note.txt": b"hi\n"}
+    refused(checked(files, IN_FILES))
+    assert "note.txt has changed" in refused(checked(files | {f"{folder}/note.txt": b"ho\n"}, IN_FILES), "files")
+    moved = {name.replace("example.notes", "example.other"): data for name, data in files.items()}
+    assert "of the layered standard org.example.notes" in refused(checked(moved, IN_FILES), "files")
+    del files[f"{folder}/note.txt"]
+    assert "lists note.txt, which is missing" in refused(checked(files, IN_FILES), "files")
+
+
+TERMINALS = """<fmiTerminalsAndIcons fmiVersion="3.0"><GraphicalRepresentation>
+<CoordinateSystem x1="0" y1="0" x2="1" y2="1" suggestedScalingFactorTo_mm="1"/>
+<Icon x1="0" y1="0" x2="1" y2="1"/></GraphicalRepresentation>
+<Terminals><Terminal name="port" matchingRule="bus">
+<TerminalMemberVariable variableKind="signal" variableName="u" memberName="u"/></Terminal></Terminals>
+</fmiTerminalsAndIcons>"""
+
+
+def test_terminals(checked):
+    name = "terminalsAndIcons/terminalsAndIcons.xml"
+    files = small_fmu.content("3.0") | {name: TERMINALS.encode()}
+    results = checked(files, IN_FILES)
+    refused(results)
+    assert results["terminals"].outcome == PASSED
+    unknown = changed(files, name, 'variableName="u"', 'variableName="v"')
+    assert "no variable v" in refused(checked(unknown, IN_FILES), "terminals")
+    assert "line 4" in refused(checked(changed(files, name, "matchingRule", "rule"), IN_FILES), "terminals")
+
+
+# ---- broken binaries -----------------------------------------------------------------------------
+
+
+def binary_of(files: Files) -> str:
+    (name,) = [name for name in files if name.startswith("binaries/")]
+    return name
+
+
+def test_missing_binary(checked, built):
+    """Nothing for this machine is no pass, whatever else is there; and a folder promises what the description names."""
+    binary = built.pop(binary_of(built))
+    said = refused(checked(built, (*IN_BINARIES, "load")), "binaries", "load (CS)")
+    assert "neither binaries nor sources" in said and "nothing for this machine" in said
+    results = checked(built | {"binaries/linux64/Other.so": binary}, (*IN_BINARIES, "load", "run"))
+    assert "no TransplanterLinkage" in "\n".join(results["binaries"].problems)
+    assert results["run (CS)"].skipped == "needs load to pass"
+
+
+def test_binary_of_another_platform(checked, built, all_platforms):
+    """Windows' in the folder of Linux, and the other processor's."""
+    name = binary_of(built)
+    said = refused(
+        checked(built | {name: all_platforms["x86_64-windows"].read_bytes()}, (*IN_BINARIES, "load")),
+        "binaries",
+        "load (CS)",
+    )
+    assert "is a PE file" in said
+    other = "aarch64-linux" if host_platform().name.startswith("x86_64") else "x86_64-linux"
+    said = refused(
+        checked(built | {name: all_platforms[other].read_bytes()}, (*IN_BINARIES, "load")), "binaries", "load (CS)"
+    )
+    assert "not for" in said
+    garbage = checked(built | {name: b"\x7fELF" + bytes(range(256)) * 8}, (*IN_BINARIES, "load"))
+    assert garbage["binaries"].outcome == FAILED and garbage["load (CS)"].outcome == FAILED
+
+
+def test_all_platforms(checked, all_platforms_fmu):
+    """ELF, PE and Mach-O of both processors pass as well."""
+    refused(checked(all_platforms_fmu, IN_BINARIES))
+
+
+def test_function_that_is_declared_and_missing(checked):
+    files = small_fmu.content("2.0", None, "-DLACKS_DIRECTIONAL_DERIVATIVE")
+    results = checked(files, (*IN_BINARIES, "load"))
+    assert "lacks fmi2GetDirectionalDerivative" in "\n".join(results["functions"].problems)
+    assert results["load (CS)"].outcome == FAILED
+
+
+def test_foreign_symbol(checked):
+    assert "exports helper" in refused(
+        checked(small_fmu.content("2.0", None, "-DFOREIGN_SYMBOL"), IN_BINARIES), "symbols"
+    )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="glibc is Linux's")
+def test_newer_glibc(checked):
+    target = re.sub(r"2\.17$", "2.34", host_platform().target)
+    files = small_fmu.content("2.0", None, "-DNEW_GLIBC", target=target)
+    assert "needs glibc 2.34; 2.17 was to be enough" in refused(checked(files, IN_BINARIES), "glibc")
+    refused(checked(files, IN_BINARIES, glibc=(2, 34)))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the linker's options are Linux's")
+def test_libraries(checked):
+    """One that no machine has, one beside the binary that is not looked for there, and a path of the builder."""
+    files = small_fmu.content("2.0", None, "-Wl,-rpath,/opt/builder/lib")
+    assert "/opt/builder/lib" in refused(checked(files, IN_BINARIES), "libraries")
+    name, data = binary_of(files), small_fmu.library("2.0")
+    assert data.count(b"libc.so.6\0") == 1
+    results = checked(files | {name: data.replace(b"libc.so.6\0", b"libq.so.6\0")}, (*IN_BINARIES, "load"))
+    assert "needs libq.so.6: neither in the FMU" in "\n".join(results["libraries"].problems)
+    assert "libq.so.6" in "\n".join(results["load (CS)"].problems)
+    beside = {name: data.replace(b"libc.so.6\0", b"libq.so.6\0"), "binaries/linux64/libq.so.6": data}
+    assert "RPATH is not $ORIGIN" in "\n".join(checked(files | beside, IN_BINARIES)["libraries"].problems)
+
+
+# ---- broken behaviour ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("edition", "kind"), [("2.0", "CS"), ("2.0", "ME"), ("3.0", "CS"), ("3.0", "ME")])
+def test_crash(checked, edition, kind):
+    """It costs one check its result, and the validator nothing. The function is named, and the signal."""
+    results = checked(small_fmu.content(edition, "crash"), ("load", "run", "determinism"))
+    function = f"fmi{edition[0]}{'DoStep' if kind == 'CS' else 'SetContinuousStates'}"
+    assert results[f"run ({kind})"].problems == [f"the process died of SIGSEGV in {function}"]
+    assert results[f"determinism ({kind})"].skipped == "needs run to pass"
+    refused(results, "run (CS)", "run (ME)")
+
+
+def test_hang(checked):
+    begin = time.perf_counter()
+    results = checked(small_fmu.content("2.0", "hang"), ("load", "run"), limit=1.5)
+    assert refused(results, "run (CS)") == "no answer within 1.5 s in fmi2DoStep"
+    assert time.perf_counter() - begin < 15
+
+
+@pytest.mark.parametrize(
+    ("defect", "titles", "reason"),
+    [
+        ("crash-at-start", [f"{name} ({kind})" for name in ("token", "start-values", "run") for kind in ("CS", "ME")],
+         "died of SIGSEGV in fmi2Instantiate"),
+        ("abort", ["run (CS)"], "died of SIGABRT in fmi2DoStep"),
+        ("exit", ["run (CS)"], 'the FMU ended the process, exit status 0x3; it printed: "no license"'),
+        ("error", ["run (CS)"], "fmi2DoStep failed with status 3 (error)"),
+        ("nan", ["run (CS)", "run (ME)"], "y is nan at 0.35 s"),
+        ("start", ["start-values (CS)", "start-values (ME)"], "k starts with 2 in the description and with 3.0"),
+        ("token", ["token (CS)", "token (ME)"], "accepts any token"),
+        ("process", ["determinism (CS)", "determinism (ME)"], "a second run gives y = "),
+        ("reset", ["reset (CS)", "reset (ME)"], "a run after a reset gives y = "),
+        ("state", ["state-replay (CS)", "state-replay (ME)"], "the run from the restored state gives y = "),
+        ("slope", ["derivatives (CS)", "derivatives (ME)"], "d(y)/d(u) is given as 0; differences give 2.0"),
+    ],
+)  # fmt: skip
+def test_behaviour(checked, defect, titles, reason):
+    only = {"load", "token", "start-values", "run", *(title.split()[0] for title in titles)}
+    assert reason in refused(checked(small_fmu.content("2.0", defect), tuple(only)), *titles)
+
+
+def test_state_that_only_its_own_process_understands(checked):
+    results = checked(small_fmu.content("3.0", "serialized"), ("load", "run", "state-replay", "serialized-state"))
+    assert "the run in another process gives" in refused(results, "serialized-state (CS)", "serialized-state (ME)")
+
+
+def test_instances_that_share(checked):
+    """Each run counts the steps of all: nothing else can be said of such an FMU."""
+    results = checked(small_fmu.content("2.0", "shared"), ("load", "run", "instances"))
+    assert "a run beside a second instance gives y" in "\n".join(results["instances (CS)"].problems)
+    assert results["instances (ME)"].outcome == FAILED
+
+
+def test_wrong_start_value(checked, built):
+    files = changed(built, "modelDescription.xml", 'start="0.105"', 'start="0.106"')
+    said = refused(checked(files), "start-values (CS)", "interface", "kinematics (CS)")
+    assert "geometry.L2 starts with 0.106 in the description and with 0.105 in the binary" in said
+
+
+def test_token_of_another_interface(checked, built):
+    xml = built["modelDescription.xml"].decode()
+    guid = re.search(r'guid="(.*?)"', xml)[1]
+    results = checked(changed(built, "modelDescription.xml", guid, "{8c4e810f-3df3-4a00-8276-176fa3c9f000}"))
+    assert "Failed to instantiate" in "\n".join(results["token (CS)"].problems)
+    assert (
+        results["interface"].outcome == FAILED and "is not that of this interface" in results["interface"].problems[0]
+    )
+
+
+def test_tip_that_is_one_step_late(checked, project_copy):
+    """Our sources with one thing wrong: the component uses the crank as it is given, not as it is after the step."""
+    crank = project_copy / "fmu_src" / "component" / "crank.c"
+    source = crank.read_text()
+    assert source.count("motion_after(motion, h)") == 1
+    crank.write_text(source.replace("motion_after(motion, h)", "motion"))
+    build = "import sys; from fmu_src.exporter.cli import main; sys.exit(main(['build', '--output', 'out']))"
+    done = subprocess.run([sys.executable, "-c", build], cwd=project_copy, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    results = checked(
+        project_copy / "out" / "fmi2" / "TransplanterLinkage.fmu", ("load", "run", "interface", "kinematics")
+    )
+    said = refused(results, "kinematics (CS)")
+    assert "tip.x is " in said and "off the exact" in said
+
+
+# ---- what comes out ------------------------------------------------------------------------------
+
+
+def test_junit(tmp_path, fmu_file, capsys):
+    broken = small_fmu.write(tmp_path / "Broken.fmu", small_fmu.content("2.0", "error"))
+    report = tmp_path / "reports" / "fmu.xml"
+    assert main(["validate", str(fmu_file), str(broken), "--junit", str(report), "--skip", "glibc"]) == 1
+    good, bad = JUnitXml.fromfile(str(report))
+    assert (good.name, bad.name) == ("TransplanterLinkage.fmu", "Broken.fmu")
+    assert good.failures == 0 and good.tests >= len(CHECKS) and bad.failures == 1 and bad.skipped > 5
+    (failed,) = [case for case in bad if case.result and not case.is_skipped]
+    assert failed.name == "run (CS)" and "fmi2DoStep" in failed.result[0].message
+    (glibc,) = [case for case in good if case.name == "glibc"]
+    assert glibc.is_skipped and glibc.result[0].message == "as asked for"
+    said = capsys.readouterr().out
+    assert "run (CS)" in said and "fmi2DoStep failed" in said and "1 failed" in said
+
+
+def test_list(capsys):
+    assert main(["validate", "--list"]) == 0
+    said = capsys.readouterr().out
+    assert all(check.name in said for check in CHECKS)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], ["--skip", "everything", "x.fmu"], ["--timeout", "0", "x.fmu"], ["--timeout", "soon", "x.fmu"],
+     ["--glibc", "new", "x.fmu"]],
+)  # fmt: skip
+def test_usage(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["validate", *arguments])
+    assert ended.value.code == 2 and "usage" in capsys.readouterr().err
+
+
+def test_nothing_is_left_behind(tmp_path, fmu_file):
+    """No unpacked FMU, no process."""
+    command = [Path(sys.executable).with_name("linkage-fmu"), "validate", fmu_file]
+    done = subprocess.run(command, capture_output=True, text=True, env={"TMPDIR": str(tmp_path)}, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert list(tmp_path.iterdir()) == []
