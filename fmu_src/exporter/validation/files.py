@@ -33,8 +33,8 @@ LINUX_LIBRARIES = re.compile(
     r"|libnsl\.so\.1|libgcc_s\.so\.1|libstdc\+\+\.so\.6|ld-linux.*\.so\.\d)"
 )
 WINDOWS_LIBRARIES = re.compile(
-    r"(kernel32|user32|advapi32|shell32|ole32|oleaut32|ws2_32|gdi32|ntdll|msvcrt|ucrtbase|bcrypt|shlwapi|version|winmm"
-    r"|api-ms-win-[\w-]+)\.dll", re.IGNORECASE,
+    r"(kernel32|user32|advapi32|shell32|ole32|oleaut32|ws2_32|wsock32|gdi32|ntdll|msvcrt|ucrtbase|bcrypt|crypt32"
+    r"|shlwapi|version|winmm|iphlpapi|rpcrt4|secur32|userenv|psapi|dbghelp|api-ms-win-[\w-]+)\.dll", re.IGNORECASE,
 )  # fmt: skip
 MACOS_LIBRARIES = re.compile(r"(/usr/lib/|/System/Library/).*")
 LIBRARIES = {"ELF": LINUX_LIBRARIES, "PE": WINDOWS_LIBRARIES, "Mach-O": MACOS_LIBRARIES}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from .runs import time_of
-from .subject import MODEL_EXCHANGE, Subject
+from .subject import MODEL_EXCHANGE, Subject, number
 
 CLOSE = {"m": 1e-12, "m/s": 1e-11, "m/s2": 1e-9, "rad": 1e-11}  # to the twin's numpy, beyond what both round
 
@@ -28,18 +29,26 @@ def interface(fmu: Subject) -> Iterator[str]:
             "display unit": None if variable.unit is None else variable.unit.display_name,
             "start": None if variable.start is None else variable.start,
         }
-        start = found.start
-        if start is not None:
-            start = start in ("true", "1") if variable.type == "boolean" else float(start)
         has = dict(
-            zip(wanted, (found.valueReference, found.causality, found.unit, found.displayUnit, start), strict=True)
+            zip(
+                wanted,
+                (found.valueReference, found.causality, found.unit, found.displayUnit, declared(found)),
+                strict=True,
+            )
         )
         for what, value in wanted.items():
             if value != has[what]:
                 yield f"{variable.name}: {what} {has[what]}, not {value}"
-    edition = fmu.description.modelName.removeprefix(ours.model.name)
+    edition = (fmu.description.modelName or "").removeprefix(ours.model.name)
     if fmu.description.guid != ours.edition_token(edition):
         yield f"its token {fmu.description.guid} is not that of this interface, {ours.edition_token(edition)}"
+
+
+def declared(variable: ModelVariable) -> float | bool | str | None:
+    """The start value in the description."""
+    if variable.type == "Boolean" and variable.start is not None:
+        return variable.start in ("true", "1")
+    return variable.start if variable.start is None else number(variable.start, variable.start)
 
 
 def kinematics(fmu: Subject, kind: str) -> Iterator[str]:

@@ -43,7 +43,8 @@ class Driver:
         self.messages: list[str] = []
         self.time, self.next_event, self.indicators = 0.0, math.inf, None
         logger = self._log2 if self.is_fmi2 else self._log3
-        self.fmu = instantiate_fmu(folder, self.description, kind, logger=logger)
+        with told(self):
+            self.fmu = instantiate_fmu(folder, self.description, kind, logger=logger)
 
     def _log2(self, _environment, _instance, status, _category, message) -> None:
         self._keep(status, message)
@@ -220,16 +221,18 @@ def load(folder: str, kind: str) -> dict:
     return answer
 
 
-def token(folder: str, kind: str, wrong: str) -> dict:
-    """Whether an instance is had with the token of the description, and with a wrong one."""
-    driver = Driver(folder, kind)
-    driver.free()
+def instance(folder: str, kind: str) -> None:
+    """Make an instance with the token of the description, and free it."""
+    Driver(folder, kind).free()
+
+
+def token(folder: str, kind: str, wrong: str) -> bool:
+    """Whether an instance is had with a wrong token."""
     try:
-        other = Driver(folder, kind, wrong)
+        Driver(folder, kind, wrong).free()
     except Exception:  # what fmpy raises where the FMU returns NULL
-        return {"accepts_wrong": False}
-    other.free()
-    return {"accepts_wrong": True}
+        return False
+    return True
 
 
 def starts(folder: str, kind: str, names: list[str], start: float, stop: float) -> list:
@@ -372,15 +375,6 @@ def slopes(
     return answers
 
 
-def experiment(folder: str, kind: str, stimuli: str | None, start_values: dict, settings: dict, names: list) -> dict:
-    """A run in fmpy's own simulation, inputs from a CSV file: the values of `names` at each output time."""
-    signals = None if stimuli is None else fmpy.util.read_csv(stimuli)
-    result = fmpy.simulate_fmu(
-        folder, validate=False, fmi_type=kind, start_values=start_values, input=signals, output=names, **settings
-    )
-    return {name: [float(value) for value in result[name]] for name in ("time", *names)}
-
-
 def inspect(file: str) -> dict:
     """What a binary is, exports and needs; a Mach-O file for several processors as its first, with all named."""
     import lief
@@ -430,7 +424,7 @@ class told:
 
 JOBS = {
     job.__name__: job
-    for job in (load, token, starts, run, run_beside, run_after_reset, replay, serialize, resume, slopes, experiment,
+    for job in (load, instance, token, starts, run, run_beside, run_after_reset, replay, serialize, resume, slopes,
                 inspect)
 }  # fmt: skip
 

@@ -182,7 +182,8 @@ class Subject:
         return self._answers[key]
 
 
-def number(text, otherwise: float) -> float:
+def number(text: str | None, otherwise):
+    """The number that a text says, or else what is to stand for it."""
     try:
         return otherwise if text is None else float(text)
     except ValueError:

@@ -69,9 +69,10 @@ CHECKS = (
     static("libraries", "needed ones are on every machine, or inside", PEP, "2.5", files.libraries),
     static("glibc", "runs with a glibc as old as --glibc", PEP, PEP, files.glibc),
     live("load", "the binary loads, and is of this FMI version", "2.1.4", "2.3", runs.load),
-    live("token", "instances for this description's token alone", "2.1.5", "2.3", runs.token, "load"),
-    live("start-values", "the same in description and binary", "2.2.7", "2.4.7", runs.start_values, "load"),
-    live("run", "default experiment: no error, finite values", "3.2, 4.2", "3.2, 4.2", runs.run, "load"),
+    live("instance", "made with the description's token", "2.1.5", "2.3", runs.instance, "load"),
+    live("token", "no instance with any other", "2.1.5", "2.3", runs.token, "instance"),
+    live("start-values", "the same in description and binary", "2.2.7", "2.4.7", runs.start_values, "instance"),
+    live("run", "default experiment: no error, finite values", "3.2, 4.2", "3.2, 4.2", runs.run, "instance"),
     live("determinism", "another process computes the same bits", "-", "-", runs.determinism, "run"),
     live("instances", "a second instance beside it changes nothing", "2.1.5", "2.3", runs.instances, "run"),
     live("reset", "after a reset it runs as if new", "2.1.6", "2.3", runs.reset, "run"),
@@ -82,6 +83,7 @@ CHECKS = (
     live("kinematics", "the tip is where the linkage is at step's end", "-", "-", ours.kinematics, "run"),
 )
 NAMES = tuple(check.name for check in CHECKS)
+NAMES_OF_LIVE = tuple(check.name for check in CHECKS if check.of_interface)
 
 
 def validate(path: Path, options: Options, begun: Callable[[str], None] = lambda _: None) -> list[Result]:
@@ -89,9 +91,9 @@ def validate(path: Path, options: Options, begun: Callable[[str], None] = lambda
     path.open("rb").close()
     results: list[Result] = []
     with Subject(path, options) as fmu:
-        if any(check.of_interface and check.name not in options.skip for check in CHECKS):
-            fmu.probe.start()  # they get ready while the files are looked at
-            fmu.other_probe.start()
+        for probe, of_checks in ((fmu.probe, NAMES_OF_LIVE), (fmu.other_probe, ("determinism", "serialized-state"))):
+            if not options.skip.issuperset(of_checks):
+                probe.start()  # it gets ready while the files are looked at
         for check in CHECKS:
             for kind in kinds_of(fmu, check):
                 result = Result(check, kind)
@@ -113,15 +115,13 @@ def kinds_of(fmu: Subject, check: Check) -> list[str | None]:
 def put_through(fmu: Subject, result: Result, before: list[Result]) -> None:
     """Fill in `result`."""
     check, begin = result.check, time.perf_counter()
-    lacking = [
-        other.check.name for other in before
-        if other.check.name in check.needs and other.kind == result.kind and other.outcome != PASSED
-    ]  # fmt: skip
+    needed = {other.check.name: other for other in before if other.kind == result.kind and other.outcome != PASSED}
+    lacking = [needed[name] for name in check.needs if name in needed and name not in fmu.options.skip]
     try:
         if check.name in fmu.options.skip:
             raise NotApplicable("as asked for")
-        if lacking:
-            raise NotApplicable(f"needs {' and '.join(lacking)} to pass")
+        for other in lacking:
+            raise NotApplicable(f"needs {other.check.name} to pass" if other.problems else other.skipped)
         if check.of_interface:
             if result.kind not in (CO_SIMULATION, MODEL_EXCHANGE):
                 kinds = ", ".join(fmu.interfaces) or "an FMU without an interface type"
