@@ -17,6 +17,7 @@ from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import write_archive
 from .model_description import FMI3, NATIVE, TWIN, model_description_xml
+from .reference import reference_content
 from .version import DISTRIBUTION
 
 PARTS = "transplanter_linkage_parts"  # the twin's modules in its FMU, under a name that nothing else has
@@ -33,6 +34,7 @@ def build_fmu(version: int, output: Path, platforms: Iterable[compiler.Platform]
     """
     interface = load_interface()
     content = {"modelDescription.xml": model_description_xml(interface, FMI3 if version == 3 else NATIVE)}
+    content |= reference_content(interface)
     content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
     with tempfile.TemporaryDirectory() as folder:
         for target in platforms:

@@ -13,19 +13,21 @@ from fmu_src.exporter.archive import write_archive
 from fmu_src.exporter.build import build_fmu
 from fmu_src.exporter.compiler import host_platform
 from fmu_src.exporter.model_description import FMI3, NATIVE, model_description_xml
+from fmu_src.exporter.reference import reference_content
 from tests.conftest import PROJECT_ROOT
 
 
 @pytest.mark.parametrize(("version", "edition"), [(2, NATIVE), (3, FMI3)])
 def test_contents(fmu_files, interface, version, edition):
-    """FMI 2.0.4, section 2.3: description, a binary, a licence; nothing else, nothing of this machine."""
+    """FMI 2.0.4, section 2.3: description, a binary, what comes with them; nothing of this machine."""
     with zipfile.ZipFile(fmu_files[version]) as archive:
         names = archive.namelist()
         binaries = [name for name in names if name.startswith("binaries/")]
         platform = host_platform()
         folder = platform.folder if version == 2 else platform.other_folder
         assert f"binaries/{folder}/{interface.model.name}{platform.suffix}" in binaries
-        assert set(names) == {"modelDescription.xml", "documentation/licenses/LICENSE.txt", *binaries}
+        carried = {"documentation/licenses/LICENSE.txt", *reference_content(interface)}
+        assert set(names) == {"modelDescription.xml", *carried, *binaries}
         assert archive.read("modelDescription.xml") == model_description_xml(interface, edition), "built from another interface.toml"
         assert archive.read("documentation/licenses/LICENSE.txt") == (PROJECT_ROOT / "LICENSE").read_bytes()
         assert archive.testzip() is None
