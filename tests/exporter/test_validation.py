@@ -406,6 +406,51 @@ def test_tip_that_is_one_step_late(checked, project_copy):
     assert "tip.x is " in said and "off the exact" in said
 
 
+REFERENCE = "extra/org.fmi-standard.fmi-ls-ref"
+
+
+def test_reference_results_that_are_others(checked, built):
+    """One number of the exact results changed, the manifest without its checksums; then with them."""
+    table, manifest = f"{REFERENCE}/published_cycle_ref.csv", f"{REFERENCE}/fmi-ls-manifest.xml"
+    lines = built[table].decode().splitlines()
+    cells = lines[20].split(",")
+    column = lines[0].split(",").index("tip.x")
+    cells[column] = repr(float(cells[column]) + 1e-6)
+    files = built | {table: "\n".join([*lines[:20], ",".join(cells), *lines[21:], ""]).encode()}
+    only = (*INSTANCE, "files", "run", "reference-results")
+    assert "changed since the manifest" in refused(checked(files, only), "files", "reference-results (CS)")
+    files[manifest] = re.sub(rb' checksum="\w+"', b"", files[manifest])
+    said = refused(checked(files, only), "reference-results (CS)")
+    assert re.search(r"published_cycle: tip.x is off by 1e-06 at 0.\d+ s; .* is allowed", said)
+
+
+@pytest.mark.parametrize("edition", EDITIONS)
+def test_reference_results_of_a_foreign_fmu(checked, edition):
+    """No tolerances, a variable that there is not, a run with another parameter."""
+    manifest = """<fmiReferences xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest"
+        fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref" fmi-ls:fmi-ls-version="1.0.0" fmi-ls:fmi-ls-description="">
+        <Related type="application/x-ma-hs-experiments" source="run.exp" role="experiment"/></fmiReferences>"""
+    experiment = """<Experiments name="runs"><Experiment name="rise"><TransientSimulation stopTime="0.5"/>
+        <Stimuli source="in.csv"/><References source="ref.csv"/></Experiment></Experiments>"""
+    times, x, rows = [0.05 * index for index in range(11)], 0.5, []
+    for index, time_ in enumerate(times):
+        rows.append((time_, 2 * x + (1 + times[max(index - 1, 0)]) ** 2))  # u = 1 + t, as it was before the step
+        x += 0.05 * (1 + time_ - x)
+    files = small_fmu.content(edition) | {
+        f"{REFERENCE}/fmi-ls-manifest.xml": manifest.encode(),
+        f"{REFERENCE}/run.exp": experiment.encode(),
+        f"{REFERENCE}/in.csv": b"time,u\n0,1\n1,2\n",
+        f"{REFERENCE}/ref.csv": "\n".join(["time,y", *(f"{t!r},{y!r}" for t, y in rows)]).encode(),
+    }
+    only = (*INSTANCE, "run", "reference-results")
+    results = checked(files, only)
+    assert results["reference-results (CS)"].outcome == PASSED, results["reference-results (CS)"]
+    results = checked(files | {"resources/defect.txt": b"start"}, only)
+    assert "rise: y is off by" in "\n".join(results["reference-results (CS)"].problems)
+    results = checked(changed(files, f"{REFERENCE}/ref.csv", "time,y", "time,z"), only)
+    assert results["reference-results (CS)"].problems == ["rise: no variable z"]
+
+
 # ---- what comes out ------------------------------------------------------------------------------
 
 

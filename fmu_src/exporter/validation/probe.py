@@ -375,6 +375,23 @@ def slopes(
     return answers
 
 
+def experiment(
+    folder: str, kind: str, start_values: dict, inputs: dict[str, list] | None, names: list[str], settings: dict
+) -> dict[str, list[float]]:
+    """A run in fmpy's own simulation; inputs and what comes out as columns, "time" among them."""
+    result = fmpy.simulate_fmu(
+        folder, validate=False, fmi_type=kind, start_values=start_values, input=inputs and table(inputs), output=names,
+        **settings,
+    )  # fmt: skip
+    return {name: [float(value) for value in result[name]] for name in ("time", *names)}
+
+
+def table(columns: dict[str, list[float]]) -> np.ndarray:
+    """As fmpy takes it."""
+    rows = list(zip(*columns.values(), strict=True))
+    return np.array(rows, dtype=[(name, float) for name in columns])
+
+
 def inspect(file: str) -> dict:
     """What a binary is, exports and needs; a Mach-O file for several processors as its first, with all named."""
     import lief
@@ -424,7 +441,7 @@ class told:
 
 JOBS = {
     job.__name__: job
-    for job in (load, instance, token, starts, run, run_beside, run_after_reset, replay, serialize, resume, slopes,
+    for job in (load, instance, token, starts, run, run_beside, run_after_reset, replay, serialize, resume, slopes, experiment,
                 inspect)
 }  # fmt: skip
 

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 import fmpy
 import numpy as np
 
+from .probe import table
 from .subject import NotApplicable, Subject, can_be_moved
 
 WRONG_TOKEN = "{00000000-0000-0000-0000-000000000000}"
 RELATIVE_SLOPE = 1e-3  # of a directional derivative against central differences
+RELATIVE_RESULT = 1e-3  # of a result that comes without a tolerance, of its range
 PAIRS = 60  # of an unknown and a known, at most
 
 
@@ -163,6 +165,43 @@ def known_of(fmu: Subject, unknown) -> list:
     if unknown.dependencies is not None:
         return unknown.dependencies
     return [variable for variable in fmu.description.modelVariables if can_be_moved(variable)]
+
+
+def reference_results(fmu: Subject, kind: str) -> Iterator[str]:
+    """The experiments that the FMU carries (FMI-LS-REF), run by fmpy: within the tolerances stated with them, and where
+    there are none within a part of what a variable ranges over."""
+    from ..reference import UnreadableReference, deviations, read_reference
+
+    try:
+        experiments = [experiment for experiment in read_reference(fmu.path) if experiment.results is not None]
+    except UnreadableReference as problem:
+        yield str(problem)
+        return
+    if not experiments:
+        raise NotApplicable("it carries none")
+    known = {variable.name for variable in fmu.description.modelVariables}
+    for experiment in experiments:
+        names = [name for name in experiment.results.dtype.names if name != "time"]
+        if unknown := [name for name in names if name not in known]:
+            yield f"{experiment.name}: no variable {', '.join(unknown)}"
+            continue
+        times = experiment.results["time"]
+        settings = {
+            "start_time": float(times[0]) if experiment.start is None else experiment.start,
+            "stop_time": float(times[-1]) if experiment.stop is None else experiment.stop,
+            "output_interval": float(np.diff(times).min()) if experiment.step is None else experiment.step,
+        }
+        inputs = None if experiment.inputs is None else columns(experiment.inputs)
+        found = fmu.ask(kind, "experiment", start_values=experiment.parameters, inputs=inputs, names=names,
+                        settings=settings)  # fmt: skip
+        for name, (error, time) in deviations(experiment, table(found)).items():
+            allowed = experiment.tolerances.get(name, RELATIVE_RESULT * np.ptp(experiment.results[name]))
+            if not error <= allowed:
+                yield f"{experiment.name}: {name} is off by {error:.3g} at {time:g} s; {allowed:.3g} is allowed"
+
+
+def columns(rows: np.ndarray) -> dict[str, list[float]]:
+    return {name: rows[name].tolist() for name in rows.dtype.names}
 
 
 def differences(fmu: Subject, wanted: list, found: list, which: str, first: int = 0) -> Iterator[str]:

@@ -79,6 +79,7 @@ CHECKS = (
     live("state-replay", "a restored state goes on with the same bits", "2.1.8", "2.2.6", runs.state_replay, "run"),
     live("serialized-state", "so does one taken to another process", "2.1.8", "2.2.6", runs.serialized_state, "run"),
     live("derivatives", "directional ones are what differences give", "2.1.9", "2.2.7", runs.derivatives, "run"),
+    live("reference-results", "it reproduces the results that it carries", "-", "-", runs.reference_results, "run"),
     static("interface", "variables and token are this project's", "-", "-", ours.interface),
     live("kinematics", "the tip is where the linkage is at step's end", "-", "-", ours.kinematics, "run"),
 )
