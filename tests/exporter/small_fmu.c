@@ -1,6 +1,7 @@
 /* A small FMU to break: x' = u - x, y = k x + u^2, for FMI 2.0 or, with -DFMI3, 3.0; co-simulation
  * and Model Exchange. The file resources/defect.txt in the FMU names what is wrong with it; none
  * there, and nothing is. */
+#include <signal.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -120,6 +121,8 @@ static int step(Small *small, double time, double length) {
             printf("no license\n"), fflush(stdout), exit(3);
         if (has(small, "error"))
             return ERROR;
+        if (has(small, "stop"))
+            raise(SIGSTOP);
         while (has(small, "hang"))
             usleep(1000);
     }
@@ -232,8 +235,9 @@ EXPORT int fmi2CompletedIntegratorStep(void *c, int no, int *event, int *end) {
 #define NOT_HERE(name)                                                                             \
     EXPORT int name(void) { return ERROR; }
 NOT_HERE(fmi2SetDebugLogging)
-NOT_HERE(fmi2GetInteger) NOT_HERE(fmi2GetBoolean) NOT_HERE(fmi2GetString) NOT_HERE(fmi2SetInteger)
-    NOT_HERE(fmi2SetBoolean) NOT_HERE(fmi2SetString) NOT_HERE(fmi2SetRealInputDerivatives)
+NOT_HERE(fmi2GetInteger)
+NOT_HERE(fmi2GetBoolean) NOT_HERE(fmi2GetString) NOT_HERE(fmi2SetInteger) NOT_HERE(fmi2SetBoolean)
+    NOT_HERE(fmi2SetString) NOT_HERE(fmi2SetRealInputDerivatives)
         NOT_HERE(fmi2GetRealOutputDerivatives) NOT_HERE(fmi2CancelStep) NOT_HERE(fmi2GetStatus)
             NOT_HERE(fmi2GetRealStatus) NOT_HERE(fmi2GetIntegerStatus)
                 NOT_HERE(fmi2GetBooleanStatus) NOT_HERE(fmi2GetStringStatus)

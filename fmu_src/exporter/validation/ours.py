@@ -24,7 +24,7 @@ def interface(fmu: Subject) -> Iterator[str]:
         found = given[variable.name]
         wanted = {
             "value reference": variable.value_reference,
-            "causality": variable.kind,
+            "causality": "local" if variable.kind == "derivative" else variable.kind,
             "unit": None if variable.unit is None else variable.unit.name,
             "display unit": None if variable.unit is None else variable.unit.display_name,
             "start": None if variable.start is None else variable.start,

@@ -441,8 +441,8 @@ class told:
 
 JOBS = {
     job.__name__: job
-    for job in (load, instance, token, starts, run, run_beside, run_after_reset, replay, serialize, resume, slopes, experiment,
-                inspect)
+    for job in (load, instance, token, starts, run, run_beside, run_after_reset, replay, serialize, resume, slopes,
+                experiment, inspect)
 }  # fmt: skip
 
 
