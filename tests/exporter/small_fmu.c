@@ -19,7 +19,6 @@ typedef struct {
 } Small;
 
 static int steps_of_all; /* the defect "shared" */
-static double kept_x;    /* the defect "serialized": of use in this process alone */
 
 static int has(const Small *small, const char *defect) {
     return strcmp(small->defect, defect) == 0;
@@ -147,10 +146,16 @@ static int restore(Small *small, const Small *state) {
     return OK;
 }
 
+/* The defect "serialized": what is kept in the process, here in its environment, is of no use to
+ * another. */
 static int serialize(const Small *state, char *bytes) {
     Small copy = *state;
-    if (has(state, "serialized"))
-        kept_x = copy.value[X], copy.value[X] = 0;
+    if (has(state, "serialized")) {
+        char text[32];
+        snprintf(text, sizeof text, "%a", copy.value[X]);
+        setenv("SMALL_FMU_X", text, 1);
+        copy.value[X] = 0;
+    }
     memcpy(bytes, &copy, sizeof copy);
     return OK;
 }
@@ -158,8 +163,9 @@ static int serialize(const Small *state, char *bytes) {
 static int deserialize(const char *bytes, void **state) {
     Small *small = malloc(sizeof *small);
     memcpy(small, bytes, sizeof *small);
+    const char *kept = getenv("SMALL_FMU_X");
     if (has(small, "serialized"))
-        small->value[X] = kept_x;
+        small->value[X] = kept ? strtod(kept, NULL) : 0;
     *state = small;
     return OK;
 }
@@ -236,11 +242,12 @@ EXPORT int fmi2CompletedIntegratorStep(void *c, int no, int *event, int *end) {
     EXPORT int name(void) { return ERROR; }
 NOT_HERE(fmi2SetDebugLogging)
 NOT_HERE(fmi2GetInteger)
-NOT_HERE(fmi2GetBoolean) NOT_HERE(fmi2GetString) NOT_HERE(fmi2SetInteger) NOT_HERE(fmi2SetBoolean)
-    NOT_HERE(fmi2SetString) NOT_HERE(fmi2SetRealInputDerivatives)
-        NOT_HERE(fmi2GetRealOutputDerivatives) NOT_HERE(fmi2CancelStep) NOT_HERE(fmi2GetStatus)
-            NOT_HERE(fmi2GetRealStatus) NOT_HERE(fmi2GetIntegerStatus)
-                NOT_HERE(fmi2GetBooleanStatus) NOT_HERE(fmi2GetStringStatus)
+NOT_HERE(fmi2GetBoolean)
+NOT_HERE(fmi2GetString) NOT_HERE(fmi2SetInteger) NOT_HERE(fmi2SetBoolean) NOT_HERE(fmi2SetString)
+    NOT_HERE(fmi2SetRealInputDerivatives) NOT_HERE(fmi2GetRealOutputDerivatives)
+        NOT_HERE(fmi2CancelStep) NOT_HERE(fmi2GetStatus) NOT_HERE(fmi2GetRealStatus)
+            NOT_HERE(fmi2GetIntegerStatus) NOT_HERE(fmi2GetBooleanStatus)
+                NOT_HERE(fmi2GetStringStatus)
 
 #else
 

@@ -5,6 +5,7 @@ The broken ones are copies of the built FMU, or of a small one (small_fmu.c), wi
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -418,6 +419,14 @@ def test_wrong_start_value(checked, built):
     assert "geometry.L2 starts with 0.106 in the description and with 0.105 in the binary" in said
 
 
+def test_a_check_that_stops(checked, built):
+    """What a check was not made for is a finding, and the others go on."""
+    files = changed(built, "modelDescription.xml", 'start="0.105"', 'start="long"')
+    results = checked(files, (*INSTANCE, "start-values", "interface"))
+    said = refused(results, "start-values (CS)", "interface")
+    assert "this check stopped: ValueError" in said and "geometry.L2: start long, not 0.105" in said
+
+
 def test_token_of_another_interface(checked, built):
     xml = built["modelDescription.xml"].decode()
     guid = re.search(r'guid="(.*?)"', xml)[1]
@@ -527,6 +536,6 @@ def test_usage(arguments, capsys):
 def test_nothing_is_left_behind(tmp_path, fmu_file):
     """No unpacked FMU, no process."""
     command = [Path(sys.executable).with_name("linkage-fmu"), "validate", fmu_file]
-    done = subprocess.run(command, capture_output=True, text=True, env={"TMPDIR": str(tmp_path)}, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"TMPDIR": str(tmp_path)}, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert list(tmp_path.iterdir()) == []
