@@ -5,7 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
 .DEFAULT_GOAL := help
-.PHONY: help run cycle test build bench soak figure lock clean
+.PHONY: help run cycle test build bench soak hosts figure lock clean
 
 help:   ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -33,6 +33,9 @@ bench: build $(VENV)/ready-bench   ## measure what a step costs, speed against e
 soak: build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting
 	$(BIN)/python -m tests.hosts.hostile
 
+hosts: build   ## run the FMUs in simulation hosts and through checkers that others wrote
+	$(BIN)/python -m tests.hosts.table
+
 # The environment: locked packages with hashes, then this project in place.
 $(VENV)/ready: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed; set PYTHON=")'
@@ -49,13 +52,14 @@ $(VENV)/ready-bench: requirements-bench.lock $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
 	    --requirement requirements-bench.lock && touch $@ || echo "make bench: other packages could not be installed"
 
+COMPILE := pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
+    --custom-compile-command 'make lock'
+
 lock:   ## resolve the dependencies anew into requirements.lock and requirements-bench.lock
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install --quiet uv
-	$(VENV)-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
-	    --group dev --custom-compile-command 'make lock' --upgrade --output-file requirements.lock pyproject.toml
-	$(VENV)-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
-	    --group bench --constraint requirements.lock --custom-compile-command 'make lock' --upgrade --output-file requirements-bench.lock
+	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group dev --output-file requirements.lock pyproject.toml
+	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group bench --constraint requirements.lock --output-file requirements-bench.lock
 	rm -rf $(VENV)-lock
 
 clean:   ## delete what was produced, and the environment

@@ -1,0 +1,44 @@
+"""fmi-sim: a simulator in Rust, built by cargo; Euler around ME. bindgen, which it is built with, needs libclang."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import os
+
+from tests.hosts.drives import OUTPUTS, STEP, STEPS
+from tests.hosts.foreign import TOOLS, Rows, Task, missing_programs, run
+
+NAME, PACKAGE = "fmi-sim", "crates.io fmi-sim"
+INTERFACES = {("2.0", "CS"), ("3.0", "CS"), ("2.0", "ME"), ("3.0", "ME")}
+FEEDING = "table of inputs"
+DEFECTS: dict = {}
+VERSION = "0.7.0"
+PROGRAM = TOOLS / f"fmi-sim-{VERSION}" / "bin" / "fmi-sim"
+LIBCLANG = ("/usr/lib/llvm-*/lib/libclang*.so*", "/usr/lib/*/libclang*.so*", "/usr/lib*/libclang.so*")
+
+
+def missing() -> str:
+    if PROGRAM.exists():
+        return ""
+    has_clang = "LIBCLANG_PATH" in os.environ or any(glob.glob(pattern) for pattern in LIBCLANG)
+    return missing_programs("cargo") or ("" if has_clang else "libclang (Debian libclang-dev)")
+
+
+def prepare() -> None:
+    if not PROGRAM.exists():
+        run("cargo", "install", "fmi-sim", "--version", VERSION, "--locked", "--quiet", "--root", PROGRAM.parents[1])
+
+
+def version() -> str:
+    return VERSION
+
+
+def play(task: Task) -> Rows:
+    table, result = task.input_table(task.folder / "inputs.csv"), task.folder / "result.csv"
+    interface = {"CS": "co-simulation", "ME": "model-exchange"}[task.interface]
+    run(PROGRAM, "--model", task.fmu, "-i", table, "-o", result, interface, "-f", repr(STEPS * STEP),
+        "--output-interval", repr(STEP))  # fmt: skip
+    with result.open(newline="") as file:
+        for row in csv.DictReader(file):
+            yield float(row["time"]), [float(row[name]) for name in OUTPUTS]

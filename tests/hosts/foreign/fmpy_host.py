@@ -1,0 +1,34 @@
+"""FMPy: the reference host of most FMU authors; Python around the FMU's own functions, CVode or Euler around ME."""
+
+from __future__ import annotations
+
+import fmpy
+import numpy as np
+
+from tests.hosts.drives import INPUTS, OUTPUTS, STEP, STEPS
+from tests.hosts.foreign import LONG_NAMES, Rows, Task
+
+NAME, PACKAGE = "FMPy", "PyPI fmpy"
+INTERFACES = {("2.0", "CS"), ("3.0", "CS"), ("2.0", "ME"), ("3.0", "ME")}
+FEEDING = "table of inputs"
+DEFECTS: dict = {}
+
+
+def missing() -> str:
+    return ""
+
+
+def version() -> str:
+    return fmpy.__version__
+
+
+def play(task: Task) -> Rows:
+    inputs = np.array(
+        [(t, *task.drive.inputs(t)) for t in task.times], dtype=[(name, float) for name in ("time", *INPUTS)]
+    )
+    result = fmpy.simulate_fmu(
+        str(task.fmu), fmi_type=LONG_NAMES[task.interface], stop_time=STEPS * STEP, output_interval=STEP,
+        input=inputs, output=OUTPUTS,
+    )  # fmt: skip
+    for row in result:
+        yield row["time"], [row[name] for name in OUTPUTS]

@@ -1,0 +1,147 @@
+"""The FMUs in hosts that others wrote, where these are installed (`make host-packages`); and the judge of the values.
+
+Hosts that come from elsewhere than the Python package index are run by `make hosts` alone.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import sys
+import types
+
+import pytest
+
+from tests.hosts import table
+from tests.hosts.drives import COMPARED, DRIVES, EVEN, RIPPLE, ROUNDING, STEP, STEPS
+from tests.hosts.foreign import CHECKERS, HOSTS, interfaces, load
+from tests.hosts.judge import judge
+
+FMUS = [fmu for fmu in table.FMUS if fmu.exists()] or [table.FMUS[0]]
+FROM_PYPI = [name for name in (*HOSTS, *CHECKERS) if load(name).PACKAGE.startswith("PyPI")]
+
+
+@pytest.fixture(autouse=True)
+def in_project(monkeypatch, fmu_file):
+    monkeypatch.chdir(fmu_file.parents[2])
+
+
+@pytest.mark.parametrize("fmu", FMUS, ids=lambda fmu: fmu.parent.name)
+@pytest.mark.parametrize("name", FROM_PYPI)
+def test_foreign_host(name, fmu):
+    """The exact answer, within rounding or the prediction's bound; nothing reported by checkers."""
+    if lack := load(name).missing():
+        pytest.skip(f"this machine lacks {lack}")
+    rows = (table.play if name in HOSTS else table.check)(name, fmu)
+    for row in rows:
+        assert row.verdict != table.DIFFERS, row.remarks
+
+
+# ---- the judge: what a wrong host would return -----------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def right() -> dict[str, list[list[float]]]:
+    """The exact answer at all points that are compared, for each drive."""
+    return {key: [[p * STEP, *drive.exact(p)] for p in (0, *COMPARED)] for key, drive in DRIVES.items()}
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_right_answers_pass(right, drive):
+    found = judge(DRIVES[drive], "CS", right[drive])
+    assert found.wrong == "" and found.errors.position == 0
+
+
+def changed(rows, point, column, by):
+    return [[*row[:column], by(row[column]), *row[column + 1 :]] if row[0] == point * STEP else row for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda rows: [[row[0], *[0.0] * 7] for row in rows], "all values are zero"),
+        (lambda rows: [[row[0], *rows[0][1:]] for row in rows], "1 step too late"),
+        (lambda rows: rows[:-1], r"no values at 1 s"),
+        (lambda rows: [[row[0] * 1.0001, *row[1:]] for row in rows], "no values at"),
+        (lambda rows: changed(rows, 500, 1, lambda x: x + 2e-9), r"at 0.5 s the position is 2e-06 mm off"),
+        (lambda rows: changed(rows, 500, 3, lambda x: x + 1e-5), r"the velocity is 0.01 mm/s off"),
+        (lambda rows: changed(rows, 500, 6, lambda x: x + 1e-2), r"the acceleration is 10 mm/s2 off"),
+        (lambda rows: changed(rows, 500, 7, lambda x: x * 1.01), r"the travel is 2.2 mm off"),
+        (lambda rows: changed(rows, 500, 2, lambda x: math.nan), r"the position is inf mm off"),
+    ],
+)
+@pytest.mark.parametrize("drive", [EVEN, RIPPLE], ids=lambda drive: drive.key)
+def test_wrong_answers_are_named(right, drive, change, said):
+    assert re.search(said, judge(drive, "CS", change(right[drive.key])).wrong)
+
+
+def test_model_exchange_has_no_coupling_error():
+    assert RIPPLE.bound("ME").position == ROUNDING.position < RIPPLE.bound("CS").position
+
+
+# ---- hosts that misbehave --------------------------------------------------------------------------
+
+
+def fake_host(monkeypatch, defects=types.MappingProxyType({})):
+    host = types.SimpleNamespace(
+        NAME="Fake", PACKAGE="none", INTERFACES={("2.0", "CS")}, FEEDING="not at all", DEFECTS=defects,
+        missing=lambda: "", version=lambda: "0",
+    )  # fmt: skip
+    monkeypatch.setattr(table, "load", lambda name: host)
+
+
+def test_a_host_that_ends_with_success_and_returns_zeros(monkeypatch, fmu_file):
+    """It is the values that count; a defect known of the host does not hide what was seen."""
+    zeros = {"seconds": 0.1, "found": [[i * STEP, *[0.0] * 7] for i in range(STEPS + 1)]}
+    monkeypatch.setattr(table, "in_process", lambda *_: dict.fromkeys(DRIVES, zeros))
+    fake_host(monkeypatch)
+    (run,) = table.play("fake", fmu_file)
+    assert run.verdict == table.DIFFERS and "all values are zero" in run.remarks[0]
+    fake_host(monkeypatch, {("2.0", "CS"): "returns zeros"})
+    (run,) = table.play("fake", fmu_file)
+    assert run.verdict == table.DEFECT
+    assert "all values are zero" in run.remarks[0] and "returns zeros" in run.remarks[-1]
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        ("raise RuntimeError('no such FMU')", "no such FMU"),
+        ("import os; os.abort()", "ended with -6"),
+        ("", "nothing was said"),
+    ],
+)
+def test_a_host_that_crashes(monkeypatch, tmp_path, fmu_file, program, said):
+    """The table goes on, and says what the process left."""
+    script = tmp_path / "python"
+    script.write_text(f"#!{sys.executable}\n{program}\n")
+    script.chmod(0o755)
+    monkeypatch.setattr(table.sys, "executable", str(script))
+    fake_host(monkeypatch)
+    (run,) = table.play("fake", fmu_file)
+    assert run.verdict == table.DIFFERS and said in run.wrong["even"]
+    assert run.cells()[4:6] == ("-", "-")
+
+
+def test_a_host_that_is_missing_is_named(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(load("ecos"), "missing", lambda: "libtbb.so.12")
+    assert table.main(["--host", "ecos", "--output", str(tmp_path)]) == 0
+    assert "skipped: Ecos: this machine lacks libtbb.so.12" in capsys.readouterr().out
+    assert "skipped: Ecos" in (tmp_path / "hosts.md").read_text()
+
+
+def test_the_tables(tmp_path, capsys):
+    """A run by FMPy, which is always there: what is printed and written."""
+    assert table.main(["--host", "fmpy_host", "--host", "fmpy_validate", "--output", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    assert "FMPy" in shown and "agrees" in shown and "nothing reported" in shown and "constant speed" in shown
+    offered = sum(len(interfaces(fmu)) for fmu in FMUS)
+    lines = (tmp_path / "hosts.csv").read_text().splitlines()
+    assert len(lines) == 1 + offered * len(DRIVES) and lines[1].startswith("FMPy,PyPI fmpy,")
+    assert len((tmp_path / "checkers.csv").read_text().splitlines()) == 1 + len(FMUS)
+
+
+def test_a_missing_fmu(capsys):
+    assert table.main(["--fmu", f"no{os.sep}such.fmu"]) == 1
+    assert "such.fmu is missing" in capsys.readouterr().err
