@@ -241,7 +241,7 @@ Vector linkage_second_link(const LinkageDyad *dyad) {
 double linkage_nozzle_angle(const Linkage *linkage, const LinkagePose *pose) {
     Vector upward = turned(linkage->unit_ij, linkage_first_link(&pose->efg));
     /* i times I->J is forward where the nozzle points straight down */
-    return atan2(-upward.x, upward.y) - QUARTER_TURN;
+    return direction_angle((Vector){upward.y, -upward.x}) - QUARTER_TURN;
 }
 
 double linkage_transmission(const LinkageSides *sides, const LinkageDyad *dyad, int order) {

@@ -1,4 +1,4 @@
-/* direction.h as a function over arrays, for test_direction.py. */
+/* direction.h as functions over arrays, for test_direction.py. */
 #include "linkage/direction.h"
 
 #include <stddef.h>
@@ -10,6 +10,7 @@
 #endif
 
 SHOWN void directions(size_t count, const double angle[], double cosine[], double sine[]);
+SHOWN void angles(size_t count, const double x[], const double y[], double angle[]);
 
 void directions(size_t count, const double angle[], double cosine[], double sine[]) {
     for (size_t i = 0; i < count; ++i) {
@@ -17,4 +18,9 @@ void directions(size_t count, const double angle[], double cosine[], double sine
         cosine[i] = v.x;
         sine[i] = v.y;
     }
+}
+
+void angles(size_t count, const double x[], const double y[], double angle[]) {
+    for (size_t i = 0; i < count; ++i)
+        angle[i] = direction_angle((Vector){x[i], y[i]});
 }

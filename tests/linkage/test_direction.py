@@ -28,18 +28,23 @@ def sixty_digits():
 
 
 @pytest.fixture(scope="module")
-def directions(tmp_path_factory: pytest.TempPathFactory) -> Directions:
-    """cos and sin of an array of angles, by the C function."""
+def shim(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    """direction_shim.c, compiled."""
     platform = host_platform()
     library = tmp_path_factory.mktemp("direction") / f"direction{platform.suffix}"
     compile_library((Path(__file__).with_name("direction_shim.c"),), library, platform)
-    loaded = ctypes.CDLL(str(library))
+    return ctypes.CDLL(str(library))
+
+
+@pytest.fixture(scope="module")
+def directions(shim: ctypes.CDLL) -> Directions:
+    """cos and sin of an array of angles, by the C function."""
 
     def call(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         angles = np.ascontiguousarray(angles, float)
         cosine, sine = np.empty_like(angles), np.empty_like(angles)
         pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (angles, cosine, sine)]
-        loaded.directions(ctypes.c_size_t(len(angles)), *pointers)
+        shim.directions(ctypes.c_size_t(len(angles)), *pointers)
         return cosine, sine
 
     return call
@@ -73,6 +78,26 @@ def test_polynomials_are_the_interpolation_they_are_said_to_be():
 
     assert constants("DIRECTION_SIN") == interpolate(tail(-1, 3), limit)
     assert constants("DIRECTION_COS") == interpolate(tail(1, 4), limit)
+
+
+def test_first_guess_of_an_angle_is_the_interpolation_it_is_said_to_be():
+    coefficients = interpolate(lambda z: mpmath.atan(mpmath.sqrt(z)) / mpmath.sqrt(z), mpmath.mpf(1))
+    assert constants("DIRECTION_ATAN") == coefficients
+    t = np.linspace(0, 1, 2001)
+    guess = t * np.polynomial.polynomial.polyval(t * t, coefficients)
+    assert abs(guess - np.arctan(t)).max() < 3e-6
+
+
+def test_angle_of_a_vector(shim: ctypes.CDLL):
+    """In all octants and beside their edges, whatever the length; within one unit in the last place of pi."""
+    turns = np.concatenate([np.random.default_rng(4).uniform(-np.pi, np.pi, 3000), np.arange(-8, 9) * (np.pi / 4)])
+    turns = np.concatenate([turns, turns[-17:] + 1e-9, turns[-17:] - 1e-9])
+    lengths = np.random.default_rng(5).uniform(0.1, 10, len(turns))
+    x, y, found = lengths * np.cos(turns), lengths * np.sin(turns), np.empty(len(turns))
+    pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (x, y, found)]
+    shim.angles(ctypes.c_size_t(len(turns)), *pointers)
+    exact = [mpmath.atan2(mpmath.mpf(b), mpmath.mpf(a)) for a, b in zip(x, y, strict=True)]
+    assert max(abs(mpmath.mpf(f) - e) for f, e in zip(found, exact, strict=True)) < np.spacing(np.pi)
 
 
 def test_parts_of_the_quarter_turn_add_up_and_leave_room_for_exact_products():

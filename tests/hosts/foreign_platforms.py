@@ -1,0 +1,166 @@
+"""The binaries for other platforms run, not just compiled: `python -m tests.hosts.foreign_platforms`, a part of
+`make hosts`.
+
+A small C host (platform_bits.c), compiled like the FMU for each platform, drives the binary through a fixed sequence
+of calls and prints every answer to the last bit: natively, under wine (Debian: wine64) for Windows, under qemu
+(Debian: qemu-user-static or qemu-user, and libc6-arm64-cross for the C library) for Linux on aarch64. macOS has no
+such program; its binaries are compiled and looked into, not run.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from fmu_src.exporter.build import build_fmi2
+from fmu_src.exporter.compiler import PLATFORMS, Platform, compile_program, host_platform
+from fmu_src.interface import load_interface
+from scenarios.reports import markdown_table
+
+SOURCE = Path(__file__).with_name("platform_bits.c")
+TIME_LIMIT = 300  # s
+AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")
+WINE = ("wine64", "/usr/lib/wine/wine64", "wine")
+WINE_PREFIX = Path(__file__).resolve().parents[2] / "build" / "hosts" / "wine"  # takes wine 10 s to make
+QEMU = ("qemu-aarch64-static", "qemu-aarch64")
+HEADINGS = ("platform", "run by", "answers", "numbers", "different", "worst", "s")
+
+
+class CannotRun(RuntimeError):
+    """This machine lacks what runs the platform's programs; the message names it."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Two platforms' answers: how many numbers, how many of them differ, the worst difference in units in the last
+    place, and the first line that is not the same, of each (None where all are)."""
+
+    lines: int
+    numbers: int
+    different: int
+    ulps: int
+    first: tuple[str, str] | None
+
+
+def runner(target: Platform) -> list[str]:
+    """The words before the program on the command line; raises CannotRun."""
+    if target == host_platform():
+        return []
+    if target.suffix == ".dll":
+        return [first_program(WINE, "wine (Debian wine64)")]
+    if target.name == "aarch64-linux":
+        command = [first_program(QEMU, "qemu (Debian qemu-user-static)"), "-L", str(AARCH64_ROOT)]
+        if not (AARCH64_ROOT / "lib" / "ld-linux-aarch64.so.1").exists():
+            raise CannotRun("a C library for aarch64 (Debian libc6-arm64-cross)")
+        return command
+    raise CannotRun(f"a way to run programs of {target.name}")
+
+
+def first_program(names: Sequence[str], what: str) -> str:
+    found = next(filter(None, map(shutil.which, names)), None)
+    if found is None:
+        raise CannotRun(what)
+    return found
+
+
+def answers(library: Path, target: Platform, folder: Path) -> list[str]:
+    """The lines that the C host prints for this binary; raises CannotRun, and RuntimeError where it fails."""
+    command = runner(target)
+    program = folder / f"platform_bits-{target.name}{'.exe' if target.suffix == '.dll' else ''}"
+    compile_program((SOURCE,), program, target, *(() if target.suffix == ".dll" else ("-ldl",)))
+    WINE_PREFIX.parent.mkdir(parents=True, exist_ok=True)
+    command += [str(program), str(library), load_interface().token]
+    wine = {"WINEPREFIX": str(WINE_PREFIX), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+    environment = {**os.environ, **wine}
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=TIME_LIMIT, env=environment, cwd=folder, check=False
+    )
+    lines = done.stdout.splitlines()
+    if done.returncode != 0 or lines[-1:] != ["done"]:
+        raise RuntimeError(f"{target.name}: ended with {done.returncode}: {(done.stderr or done.stdout)[-500:]}")
+    return lines
+
+
+def compare(ours: Sequence[str], theirs: Sequence[str]) -> Difference:
+    """Line by line, number by number."""
+    numbers = different = worst = 0
+    first = next(((a, b) for a, b in zip(ours, theirs) if a != b), None)
+    if first is None and len(ours) != len(theirs):
+        first = (f"{len(ours)} lines", f"{len(theirs)} lines")
+    for a, b in zip(ours, theirs):
+        if a.startswith(("message", "state")):
+            continue
+        for left, right in zip(a.split(), b.split()):
+            if len(left) == len(right) == 16:
+                numbers += 1
+                different += left != right
+                worst = max(worst, abs(ordered(left) - ordered(right)))
+    return Difference(min(len(ours), len(theirs)), numbers, different, worst, first)
+
+
+def ordered(digits: str) -> int:
+    """A double as an integer that grows with it, one a unit in the last place."""
+    (bits,) = struct.unpack(">q", bytes.fromhex(digits))
+    return bits if bits >= 0 else -(bits & 0x7FFFFFFFFFFFFFFF)
+
+
+def unpack_all(folder: Path) -> dict[str, Path]:
+    """The FMU's binaries for all platforms that could be run, by the platform's name."""
+    targets = [target for target in PLATFORMS.values() if target.suffix != ".dylib" or target == host_platform()]
+    shutil.unpack_archive(build_fmi2(folder / "fmu", targets), folder / "unpacked", "zip")
+    files: dict[str, Path] = {}
+    for target in targets:
+        places = [folder / "unpacked" / "binaries" / name for name in (target.folder, target.other_folder)]
+        found = [file for place in places for file in place.glob(f"*{target.suffix}") if file not in files.values()]
+        files[target.name] = found[0]
+    return files
+
+
+def main() -> int:
+    console, rows, lacking = Console(), [], []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        libraries = unpack_all(folder)
+        native = answers(libraries[host_platform().name], host_platform(), folder)
+        for platform, library in libraries.items():
+            target, begin = PLATFORMS[platform], time.perf_counter()
+            try:
+                found = compare(native, answers(library, target, folder))
+            except CannotRun as lack:
+                lacking.append(f"skipped: {platform}: this machine lacks {lack}")
+                continue
+            by = Path((runner(target) or ["itself"])[0]).name
+            worst = "to the bit" if found.first is None else f"{found.ulps} ulp"
+            texts = (platform, by, *(f"{n:,}" for n in (found.lines, found.numbers, found.different)), worst)
+            rows.append((*texts, f"{time.perf_counter() - begin:.1f}"))
+            if found.first is not None:
+                lacking.append(f"{platform}: {found.first[0]}\n{' ' * len(platform)}  {found.first[1]}")
+    console.width = max(console.width, 100)
+    table = Table(*HEADINGS, box=box.ROUNDED if console.is_terminal else box.ASCII)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    for line in lacking:
+        console.print(line, highlight=False, markup=False)
+    output = Path("build/reports/hosts")
+    output.mkdir(parents=True, exist_ok=True)
+    text = ["# The FMU's binaries for other platforms", markdown_table(HEADINGS, rows).rstrip(), *lacking]
+    (output / "platforms.md").write_text("\n\n".join(text) + "\n", encoding="utf-8")
+    print(f"written to {output}/")
+    return any(row[5] != "to the bit" for row in rows)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
