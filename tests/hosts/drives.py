@@ -83,7 +83,7 @@ def exact_tip(phi: float, w: float, a: float) -> tuple[float, ...]:
     return tuple(map(float, (*position, *velocity, *acceleration)))
 
 
-EULER = 1.0  # mm: the first-order solver that some hosts have leaves up to half a step of changing speed
+EULER = 0.03  # mm: the first-order solver of the hosts leaves half a step of changing speed, 0.022 mm here
 EVEN = Drive("even", "constant speed", even(SPEED), 0.0, ROUNDING)
 COUPLED = predicted(1.5e-7, 4, 5e-4, "README's coupling table")  # also at the start: the jerk is 0 there
 RIPPLE = Drive("ripple", "10 % ripple in speed at 3 Hz", uneven(), SHARE, COUPLED)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import re
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
@@ -28,7 +29,10 @@ from fmpy.model_description import ModelDescription
 
 from tests.hosts.drives import INPUTS, STEP, STEPS, Drive
 
-HOSTS = ("fmpy_host", "ecos", "libcosim", "container", "container_sequential", "fmi_sim", "maestro", "fmi4j")
+HOSTS = (
+    "fmpy_host", "fmpy_euler", "ecos", "libcosim", "container", "container_sequential", "fmi_sim",
+    "fmi_sim_without_units", "maestro", "fmi4j",
+)  # fmt: skip
 CHECKERS = ("fmpy_validate", "fmutool", "vdmcheck")
 TOOLS = Path(__file__).resolve().parents[3] / "build" / "hosts"  # what is built or resolved for a host
 LONG_NAMES = {"CS": "CoSimulation", "ME": "ModelExchange"}
@@ -100,9 +104,11 @@ def missing_programs(*names: str) -> str:
 
 
 def run(*command: object, cwd: Path | None = None) -> str:
-    """What a program printed; raises HostError with its last lines where it failed."""
+    """What a program printed; raises HostError with its first line that speaks of an error where it failed."""
     done = subprocess.run([str(word) for word in command], cwd=cwd, capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
-        said = (done.stderr + done.stdout).strip().splitlines()
-        raise HostError(f"{command[0]} ended with {done.returncode}: " + " | ".join(said[-3:]))
+        said = (done.stderr.strip() or done.stdout.strip()).splitlines()
+        errors = [line.strip() for line in said if re.search("error|exception", line, re.IGNORECASE)]
+        words = (errors or said[-1:] or ["nothing was said"])[0]
+        raise HostError(f"{Path(str(command[0])).name} ended with {done.returncode}: {words}")
     return done.stdout

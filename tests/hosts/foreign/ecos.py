@@ -15,7 +15,7 @@ from tests.hosts.foreign import HostError, Rows, Task, missing_package
 
 NAME, PACKAGE = "Ecos", "PyPI ecospy"
 INTERFACES = {("2.0", "CS"), ("3.0", "CS")}
-FEEDING = "set before each step"
+FEEDING = "set at each step"
 DEFECTS: dict = {}
 TBB = "libtbb.so.12"
 

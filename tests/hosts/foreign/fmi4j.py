@@ -9,8 +9,8 @@ from tests.hosts.foreign import Rows, Task
 from tests.hosts.foreign.java import class_path, java, missing  # noqa: F401
 
 NAME, PACKAGE = "FMI4j", "Maven Central info.laht.fmi4j:fmi-import"
-INTERFACES = {("2.0", "CS")}
-FEEDING = "set before each step"
+INTERFACES = {("2.0", "CS"), ("2.0", "ME")}
+FEEDING = "set at each step"
 DEFECTS: dict = {}
 VERSION = "0.38.0"
 LIBRARIES = (f"info.laht.fmi4j:fmi-import:{VERSION}",)

@@ -1,4 +1,4 @@
-"""FMPy: the reference host of most FMU authors; Python around the FMU's own functions, CVode or Euler around ME."""
+"""FMPy: the host that most FMU authors try first; Python over the FMU's own functions, CVode around ME (fmpy_euler.py: Euler)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from tests.hosts.foreign import LONG_NAMES, Rows, Task
 NAME, PACKAGE = "FMPy", "PyPI fmpy"
 INTERFACES = {("2.0", "CS"), ("3.0", "CS"), ("2.0", "ME"), ("3.0", "ME")}
 FEEDING = "table of inputs"
-DEFECTS: dict = {}
+# Seen in fmpy/simulation.py: CVode's maxStep is a fiftieth of the run, and it is called with CV_NORMAL.
+AHEAD = "its CVode steps up to a fiftieth of the run ahead, with the inputs held: the travel integrates an old speed"
+DEFECTS = {(edition, "ME"): AHEAD for edition in ("2.0", "3.0")}
 
 
 def missing() -> str:
@@ -22,7 +24,7 @@ def version() -> str:
     return fmpy.__version__
 
 
-def play(task: Task) -> Rows:
+def play(task: Task, solver: str = "CVode") -> Rows:
     inputs = np.array(
         [(t, *task.drive.inputs(t)) for t in task.times], dtype=[(name, float) for name in ("time", *INPUTS)]
     )

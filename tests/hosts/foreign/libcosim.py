@@ -9,7 +9,7 @@ from tests.hosts.foreign import HostError, Rows, Task, missing_package
 
 NAME, PACKAGE = "libcosim", "PyPI libcosimpy"
 INTERFACES = {("2.0", "CS")}
-FEEDING = "override before each step"
+FEEDING = "override at each step"
 DEFECTS: dict = {}
 NANOSECONDS = 1e9
 
