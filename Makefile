@@ -33,8 +33,9 @@ bench: build $(VENV)/ready-bench   ## measure what a step costs, speed against e
 soak: build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting
 	$(BIN)/python -m tests.hosts.hostile
 
-hosts: build   ## run the FMUs in simulation hosts and through checkers that others wrote
+hosts: build   ## run the FMUs in hosts and checkers that others wrote, and on other platforms
 	$(BIN)/python -m tests.hosts.table
+	$(BIN)/python -m tests.hosts.foreign_platforms
 
 # The environment: locked packages with hashes, then this project in place.
 $(VENV)/ready: requirements.lock pyproject.toml
