@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
+import zipfile
+from importlib import metadata
 from pathlib import Path
 
 SOURCES = Path(__file__).resolve().parent
@@ -40,7 +43,24 @@ def _build(source: Path, fmu: Path) -> None:
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(SOURCES)})
         if done.returncode != 0:
             raise PartnerError(f"{source.name} does not load:\n{done.stderr.strip()}")
+        _finish(made)
         os.replace(made, fmu)
+
+
+def _finish(fmu: Path) -> None:
+    """Without the time of day, so that the same sources give the same bytes, and with PythonFMU's license: the FMU
+    carries its modules and binaries.
+    """
+    with zipfile.ZipFile(fmu) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    license_file = next(file for file in metadata.files("pythonfmu") or [] if file.name == "LICENSE")
+    content["documentation/licenses/PythonFMU.txt"] = license_file.read_binary()
+    content["modelDescription.xml"] = re.sub(rb' generationDateAndTime="[^"]*"', b"", content["modelDescription.xml"])
+    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(content):
+            entry = zipfile.ZipInfo(name)  # of 1980, the earliest time that zip knows
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o100644 << 16
+            archive.writestr(entry, content[name])
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import zipfile
 from collections.abc import Callable
 
 import pytest
@@ -373,3 +374,10 @@ def test_the_fmus_keep_to_the_standard(tmp_path):
     for fmu in build(tmp_path):
         assert validate_fmu(str(fmu)) == []
     assert [p.name for p in tmp_path.iterdir() if p.suffix != ".fmu"] == []
+
+
+def test_the_same_sources_give_the_same_bytes(tmp_path):
+    once, again = build(tmp_path / "once"), build(tmp_path / "again")
+    assert [fmu.read_bytes() for fmu in once] == [fmu.read_bytes() for fmu in again]
+    with zipfile.ZipFile(once[0]) as archive:
+        assert b"Permission is hereby granted" in archive.read("documentation/licenses/PythonFMU.txt")
