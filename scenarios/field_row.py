@@ -156,7 +156,7 @@ def quality(results: Results) -> list[tuple[str, str, str]]:
         return f"{v.mean():.{digits}f} ({v.min():.{digits}f} to {v.max():.{digits}f})"
 
     rows = [
-        ("holes", str(len(holes)), f"{results.row.plants} plants were asked for"),
+        ("holes", str(len(holes)), f"asked for: {results.row.plants}"),
         ("planted", f"{fates.count(PLANTED)}", f"{100 * fates.count(PLANTED) / len(holes):.0f} % of the holes"),
         ("cups left empty", f"{fates.count(EMPTY)}", "by the operator"),
         ("seedlings missed", f"{fates.count(MISSED)}", "fell beside the nozzle's mouth"),

@@ -45,8 +45,9 @@ def draw_all(output: Path, record: Record, spacing: float, study: Study | None) 
 
 
 def draw_row(record: Record, spacing: float) -> Figure:
-    """The ridge cut along the row, ten plants a strip: the tip's path, holes, plants, and what is missing."""
-    holes, wide = record.holes, PLANTS_A_STRIP * spacing
+    """The ridge cut along the row, up to ten plants a strip: the tip's path, holes, plants, and what is missing."""
+    holes = record.holes
+    wide = min(max(len(holes), PLANTS_A_STRIP // 2), PLANTS_A_STRIP) * spacing
     count = min(max(1, int(np.ceil(len(holes) / PLANTS_A_STRIP))), STRIPS)
     first = (holes[0].plant_x if holes else 0.0) - spacing / 2
     x, y = record["linkage.ground.x"], record["linkage.ground.y"]

@@ -325,7 +325,7 @@ def test_the_scene_writes_what_it_says(system, tmp_path):
     assert [p["hole"] for p in plants] == ["1", "2", "3"]
     assert float(plants[2]["plant at / m"]) - float(plants[1]["plant at / m"]) == pytest.approx(0.4, abs=1e-3)
     text = (output / "field_row.md").read_text(encoding="utf-8")
-    assert "| holes | 3 | 3 plants were asked for |" in text
+    assert "| holes | 3 | asked for: 3 |" in text
     for picture in ("row.png", "turn.png", "energy.png"):
         assert f"({picture})" in text and (output / picture).read_bytes().startswith(b"\x89PNG")
 
