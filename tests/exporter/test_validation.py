@@ -174,6 +174,12 @@ def test_damaged_content(tmp_path, checked, built):
     )
 
 
+def test_an_archive_that_cannot_be_unpacked(checked, built):
+    """A file where a folder should be: all else is skipped, and that is no pass."""
+    results = checked(built | {"resources": b"a file", "resources/table.csv": b"1"}, IN_FILES)
+    assert "the archive cannot be unpacked" in refused(results, "archive")
+
+
 def test_an_archive_that_claims_too_much(checked, built, monkeypatch):
     """Not unpacked."""
     for module in (files, subject):
@@ -536,6 +542,8 @@ def test_usage(arguments, capsys):
 def test_nothing_is_left_behind(tmp_path, fmu_file):
     """No unpacked FMU, no process."""
     command = [Path(sys.executable).with_name("linkage-fmu"), "validate", fmu_file]
-    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"TMPDIR": str(tmp_path)}, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=os.environ | {"TMPDIR": str(tmp_path)}, check=False
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert list(tmp_path.iterdir()) == []

@@ -69,6 +69,11 @@ def archive(fmu: Subject) -> Iterator[str]:
                 yield "modelDescription.xml is missing at the top"
     except UNREADABLE as problem:
         yield f"no readable ZIP archive: {problem}"
+        return
+    try:
+        fmu.folder  # noqa: B018: unpacks it
+    except NotApplicable as reason:
+        yield str(reason)
 
 
 def entry_problems(entry: zipfile.ZipInfo) -> Iterator[str]:

@@ -393,7 +393,7 @@ def table(columns: dict[str, list[float]]) -> np.ndarray:
 
 
 def inspect(file: str) -> dict:
-    """What a binary is, exports and needs; a Mach-O file for several processors as its first, with all named."""
+    """What a binary is, exports and needs."""
     import lief
 
     lief.logging.disable()
@@ -413,10 +413,13 @@ def inspect(file: str) -> dict:
     fat = lief.MachO.parse(file) if lief.is_macho(file) else None
     if fat is None or not fat.size:
         raise ValueError("neither an ELF, a PE nor a Mach-O binary")
-    first = fat.at(0)
-    exports = [symbol.name.removeprefix("_") for symbol in first.exported_symbols]
-    needed = [library.name for library in first.libraries if library.command != lief.MachO.LoadCommand.TYPE.ID_DYLIB]
-    return about("Mach-O", [part.header.cpu_type.name for part in fat], exports, needed)
+    parts = [fat.at(index) for index in range(fat.size)]
+    exports = [{symbol.name.removeprefix("_") for symbol in part.exported_symbols} for part in parts]
+    if odd := set.union(*exports) - set.intersection(*exports):
+        raise ValueError(f"its parts for several processors do not all export {', '.join(sorted(odd)[:4])}")
+    own = lief.MachO.LoadCommand.TYPE.ID_DYLIB
+    needed = {library.name for part in parts for library in part.libraries if library.command != own}
+    return about("Mach-O", [part.header.cpu_type.name for part in parts], exports[0], sorted(needed))
 
 
 def about(format_: str, machines, exports, needed, paths=(), versions=()) -> dict:

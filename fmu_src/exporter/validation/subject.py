@@ -33,7 +33,7 @@ class NotApplicable(Exception):
 
 @dataclass(frozen=True)
 class Options:
-    """limit: seconds that each call into the FMU may take together with its run; glibc: the oldest to run on."""
+    """limit: seconds that one run of the FMU may take; glibc: the oldest version that its hosts have; skip: checks."""
 
     limit: float = 30.0
     glibc: tuple[int, int] = (2, 17)
@@ -49,7 +49,7 @@ class Subject:
         self._answers: dict[tuple, object] = {}
 
     def __enter__(self) -> Subject:
-        self._place = Path(tempfile.mkdtemp(prefix="validate ")).resolve()
+        self._place = Path(tempfile.mkdtemp(prefix="validate ")).resolve()  # a space in it, as users' folders have
         return self
 
     def __exit__(self, *_) -> None:
@@ -69,6 +69,8 @@ class Subject:
                 archive.extractall(self._place)
         except UNREADABLE:
             raise NotApplicable("the archive cannot be read") from None
+        except OSError as problem:  # names that no file can have, a file where a folder should be
+            raise NotApplicable(f"the archive cannot be unpacked: {problem.strerror}") from None
         return self._place
 
     @cached_property

@@ -123,17 +123,15 @@ def put_through(fmu: Subject, result: Result, before: list[Result]) -> None:
             raise NotApplicable("as asked for")
         for other in lacking:
             raise NotApplicable(f"needs {other.check.name} to pass" if other.problems else other.skipped)
-        if check.of_interface:
-            if result.kind not in (CO_SIMULATION, MODEL_EXCHANGE):
-                kinds = ", ".join(fmu.interfaces) or "an FMU without an interface type"
-                raise NotApplicable(f"{result.kind or kinds} is not run here")
-            result.problems = list(check.test(fmu, result.kind))
-        else:
-            result.problems = list(check.test(fmu))
+        if check.of_interface and result.kind not in (CO_SIMULATION, MODEL_EXCHANGE):
+            kinds = ", ".join(fmu.interfaces) or "an FMU without an interface type"
+            raise NotApplicable(f"{result.kind or kinds} is not run here")
+        for problem in check.test(fmu, result.kind) if check.of_interface else check.test(fmu):
+            result.problems.append(problem)
     except NotApplicable as reason:
         result.skipped = str(reason)
     except ProbeError as problem:
-        result.problems = [str(problem)]
+        result.problems.append(str(problem))
     except Exception as problem:  # fmpy and the XML libraries on what they were not made for: a finding as well
-        result.problems = [f"this check stopped: {type(problem).__name__}: {problem}"]
+        result.problems.append(f"this check stopped: {type(problem).__name__}: {problem}")
     result.seconds = time.perf_counter() - begin
