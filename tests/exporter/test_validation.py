@@ -151,15 +151,15 @@ def with_entry(path: Path, files: Files, name: str, data: bytes = b"x", **attrib
         ("resources/../../evil", {}, "leads out of the folder"),
         ("resources\\table.csv", {}, "backslash"),
         ("resources/größe.csv", {}, "not ASCII"),
-        ("documentation/licenses/license.TXT", {}, "one file on Windows"),
-        ("documentation/licenses/LICENSE.txt", {}, "is there 2 times"),
+        ("resources/THERE.txt", {}, "one file on Windows"),
+        ("resources/there.txt", {}, "is there 2 times"),
         ("resources/link", {"external_attr": 0o120777 << 16, "create_system": 3}, "symbolic link"),
         ("resources/packed", {"compress_type": zipfile.ZIP_BZIP2}, "method 12"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_names_and_packing(checked, tmp_path, built, name, attributes, reason):
-    path = with_entry(tmp_path / "Odd.fmu", built, name, **attributes)
+    path = with_entry(tmp_path / "Odd.fmu", built | {"resources/there.txt": b"1"}, name, **attributes)
     said = refused(checked(path, IN_FILES), "archive")
     assert repr(name) in said and reason in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["Odd.fmu"], "something landed outside"
