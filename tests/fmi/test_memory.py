@@ -80,6 +80,14 @@ def test_no_allocation_while_stepping(fmu, compile_host):
     assert while_stepping == 0
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the counting host takes the place of glibc's malloc")
+def test_loaded_and_freed_a_thousand_times(fmus, compile_host):
+    """Both versions in one process, both interface types of each: the same bits, no leak, nothing allocated between."""
+    command = [compile_host("loads"), fmus[2].library, fmus[3].library, fmus[2].description.guid, "1000"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.split()) == (0, ["0", "0"]), done.stderr
+
+
 @pytest.mark.parametrize("given", [{"allocate": None, "free": None}, {"allocate": None}, {"free": None}])
 def test_memory_callbacks_may_be_missing(new, given):
     """A host that has none leaves both NULL; one of the two alone is of no use."""

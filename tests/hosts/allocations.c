@@ -5,48 +5,13 @@
  *   allocations LIBRARY GUID */
 #define _GNU_SOURCE
 #include "component/interface.h"
+#include "heap.h"
 
 #include "fmi2Functions.h"
 
 #include <dlfcn.h>
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-/* ---- the heap of this process, counted: these stand before those of libc ---- */
-
-extern void *__libc_malloc(size_t size);
-extern void *__libc_calloc(size_t count, size_t size);
-extern void *__libc_realloc(void *memory, size_t size);
-extern void *__libc_memalign(size_t alignment, size_t size);
-
-static long allocations;
-
-void *malloc(size_t size) {
-    ++allocations;
-    return __libc_malloc(size);
-}
-
-void *calloc(size_t count, size_t size) {
-    ++allocations;
-    return __libc_calloc(count, size);
-}
-
-void *realloc(void *memory, size_t size) {
-    ++allocations;
-    return __libc_realloc(memory, size);
-}
-
-void *aligned_alloc(size_t alignment, size_t size) {
-    ++allocations;
-    return __libc_memalign(alignment, size);
-}
-
-int posix_memalign(void **memory, size_t alignment, size_t size) {
-    ++allocations;
-    *memory = __libc_memalign(alignment, size);
-    return *memory == NULL ? ENOMEM : 0;
-}
 
 /* ---- the host ---- */
 

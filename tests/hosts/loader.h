@@ -35,7 +35,7 @@ static void load_function(void *library, const char *name, void *function) {
     *(void **)function = address;
 }
 
-static Fmu load_fmu(const char *path) {
+static inline Fmu load_fmu(const char *path) {
     Fmu fmu;
     void *library = fmu.library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     demand(library != NULL, "the library does not load");
@@ -51,14 +51,14 @@ static Fmu load_fmu(const char *path) {
     return fmu;
 }
 
-static void print_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                          fmi2String category, fmi2String message, ...) {
+static inline void print_message(fmi2ComponentEnvironment environment, fmi2String name,
+                                 fmi2Status status, fmi2String category, fmi2String message, ...) {
     (void)environment;
     (void)status;
     fprintf(stderr, "%s: %s: %s\n", name, category, message);
 }
 
-static fmi2Component new_instance(const Fmu *fmu, const char *guid) {
+static inline fmi2Component new_instance(const Fmu *fmu, const char *guid) {
     static const fmi2CallbackFunctions callbacks = {print_message, calloc, free, NULL, NULL};
     fmi2Component instance =
         fmu->instantiate("host", fmi2CoSimulation, guid, "", &callbacks, fmi2False, fmi2False);
