@@ -82,10 +82,15 @@ static void follow_inputs(Component *c) {
         const Crank *predicted = &progress->crank;
         if (predicted->source == SOURCE_ANGLE && crank.w == 0.0)
             crank.w = predicted->end.w;
-        if (predicted->source != SOURCE_ACCELERATION && crank.a == 0.0)
+        if (predicted->source != SOURCE_ACCELERATION && crank.a == 0.0) {
             crank.a = predicted->end.a;
+            crank.jerk = predicted->end.jerk;
+        }
+        if (order == 0) {
+            machine.a = progress->travel.end.a;
+            machine.jerk = progress->travel.end.jerk;
+        }
         machine.s = progress->travel.end.s;
-        machine.a = order >= 1 ? machine.a : progress->travel.end.a;
         c->followed = *progress;
         progress = &c->followed;
         c->settings.follows_inputs = 1;

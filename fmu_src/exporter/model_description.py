@@ -89,7 +89,11 @@ def model_description_xml(interface: Interface, edition: Edition) -> bytes:
     token = interface.edition_token(edition.suffix)
     root = etree.Element(
         "fmiModelDescription",
-        {"fmiVersion": f"{edition.fmi}.0", "modelName": name, "guid" if edition.fmi == 2 else "instantiationToken": token},
+        {
+            "fmiVersion": f"{edition.fmi}.0",
+            "modelName": name,
+            "guid" if edition.fmi == 2 else "instantiationToken": token,
+        },
         description=interface.model.description + edition.remark,
         version=project_version(),
         copyright="The Transplanter Linkage FMU developers",
@@ -190,11 +194,11 @@ def _add_structure_fmi2(structure: etree._Element, interface: Interface) -> None
             _add_unknown_fmi2(initial_unknowns, interface, variable, _initially(variable))
 
 
-def _add_unknown_fmi2(parent: etree._Element, interface: Interface, variable: Variable, depends: dict[str, str]) -> None:
+def _add_unknown_fmi2(
+    parent: etree._Element, interface: Interface, variable: Variable, depends: dict[str, str]
+) -> None:
     """The index of a variable is its value reference: both count from 1."""
-    etree.SubElement(
-        parent, "Unknown", {"index": str(variable.value_reference)} | _dependencies(interface, depends)
-    )
+    etree.SubElement(parent, "Unknown", {"index": str(variable.value_reference)} | _dependencies(interface, depends))
 
 
 def _add_structure_fmi3(structure: etree._Element, interface: Interface) -> None:

@@ -46,7 +46,7 @@ static void host_log(const Host *host, const char *name, fmi3Status status, cons
 
 /* ---- inquire, create, destroy --------------------------------------------------------------- */
 
-const char *fmi3GetVersion(void) { return "3.0"; }
+const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible,

@@ -34,7 +34,8 @@ def test_fmpy_finds_no_problem(fmu_file):
 def test_the_schema_is_asked(interface):
     """A description that FMI does not know is not written."""
     with pytest.raises(ModelDescriptionError, match="canFly"):
-        model_description_xml(interface, Edition(2, suffix="", remark="", capabilities={"CoSimulation": {"canFly": "true"}}))
+        edition = Edition(2, suffix="", remark="", capabilities={"CoSimulation": {"canFly": "true"}})
+        model_description_xml(interface, edition)
 
 
 def test_token(root, fmu, interface):

@@ -13,15 +13,23 @@ import pytest
 from fmpy.util import read_csv
 
 from fmu_src.twin.linkage import Geometry, solve
+from tests.conftest import BOTH_VERSIONS
 from tests.fmi.host import MACHINE_SPEED, PLANTING_SPEED
+
+pytestmark = BOTH_VERSIONS
 
 OUTPUTS = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "ground.x", "ground.vx", "machine.s")
 
 
+@pytest.fixture
+def fmu_file(fmu_files: dict[int, Path], version: int) -> Path:
+    return fmu_files[version]
+
+
 @pytest.fixture(scope="session")
-def one_turn(fmu_file: Path) -> Path:
-    """The example input table that the build writes beside the FMU."""
-    path = fmu_file.with_name("one_turn.csv")
+def one_turn(fmu_files: dict[int, Path]) -> Path:
+    """The example input table that the build writes beside the FMU of FMI 2.0."""
+    path = fmu_files[2].with_name("one_turn.csv")
     if not path.exists():
         pytest.fail("build/fmi2/one_turn.csv is missing: run make build", pytrace=False)
     return path

@@ -21,13 +21,15 @@ from fmu_src.interface import load_interface
 from tests.fmi.host import DISCARD, ERROR, OK
 from tests.fmi.host3 import FUNCTIONS, TYPES, Instance3
 from tests.fmi.life import OPEN, OPEN_ANGLE, between_steps, in_initialization
+from tests.fmi.test_bad_input import HEADER, fnv1a
 from tests.fmi.test_messages import numbers_as_in
 
 pytestmark = pytest.mark.parametrize("version", [3], ids=["fmi3"])
 
 INTERFACE = load_interface()
 COUNT = len(INTERFACE.variables)
-OF_AN_INSTANCE = [name for name in FUNCTIONS if "Instantiate" not in name and name not in ("fmi3GetVersion", "fmi3FreeInstance")]
+WITHOUT_STATUS = ("fmi3GetVersion", "fmi3FreeInstance")
+OF_AN_INSTANCE = [name for name in FUNCTIONS if "Instantiate" not in name and name not in WITHOUT_STATUS]
 ABSENT = [type_ for type_ in TYPES if type_ not in ("Float64", "Boolean", "Clock", "Binary")]
 
 
@@ -108,7 +110,9 @@ WITH_POINTERS = {
     "fmi3SetFMUState": lambda i: [i.save()],
     "fmi3SerializedFMUStateSize": lambda i: [i.save(), byref(c_size_t())],
     "fmi3SerializeFMUState": lambda i: [i.save(), ctypes.create_string_buffer(4096), 4096],
-    "fmi3DeserializeFMUState": lambda i: [(b := i.serialize()) and ctypes.create_string_buffer(b, len(b)), len(b), byref(i.save())],
+    "fmi3DeserializeFMUState": lambda i: [
+        (b := i.serialize()) and ctypes.create_string_buffer(b, len(b)), len(b), byref(i.save())
+    ],
     "fmi3DoStep": lambda i: [0.03, 0.01, True, *flags()],
 }  # fmt: skip
 
@@ -124,7 +128,9 @@ def pointers(function: str) -> list[int]:
     return is_pointer.get(function, [0, 2])
 
 
-@pytest.mark.parametrize(("function", "place"), [(function, place) for function in WITH_POINTERS for place in pointers(function)])
+@pytest.mark.parametrize(
+    ("function", "place"), [(function, place) for function in WITH_POINTERS for place in pointers(function)]
+)
 def test_null_in_place_of_a_pointer(new, function, place):
     instance = between_steps(new())
     arguments = WITH_POINTERS[function](instance)
@@ -149,7 +155,9 @@ def test_as_many_values_as_references(new, function, count):
     assert list(values) == [1.0] * 8
 
 
-@pytest.mark.parametrize("function", ["fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative", "fmi3GetOutputDerivatives"])
+@pytest.mark.parametrize(
+    "function", ["fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative", "fmi3GetOutputDerivatives"]
+)
 @pytest.mark.parametrize(("seeds", "answers"), [(1, 2), (2, 1), (0, 1), (1, 0)])
 def test_as_many_seeds_as_knowns(new, function, seeds, answers):
     instance, values = between_steps(new()), (c_double * 4)(*[1.0] * 4)
@@ -311,3 +319,24 @@ def test_every_function_is_met(version):
     from tests.fmi.test_fmi3_state_machine import CALLS
 
     assert {call.function for call in CALLS} >= set(OF_AN_INSTANCE)
+
+
+def test_a_forged_mode(new):
+    """Modes that an interface type lacks, or in which no state can be saved, with the right checksum: refused."""
+    instance = new(model_exchange=True).initialize()
+    content = instance.serialize()
+    instance.demand(instance.call("fmi3EnterContinuousTimeMode"), "entering")
+    other = instance.serialize()
+    (place,) = {i // 8 * 8 for i in range(HEADER, len(content)) if content[i] != other[i]}
+    accepted = 0
+    for mode in range(20):
+        forged = bytearray(content)
+        forged[place : place + 8] = mode.to_bytes(8, "little")
+        forged[HEADER - 8 : HEADER] = fnv1a(forged[HEADER:]).to_bytes(8, "little")
+        status, state = instance.try_deserialize(bytes(forged))
+        accepted += status == OK
+        if status == OK:
+            assert instance.call("fmi3SetFMUState", state) == OK and len(instance.serialize()) == len(content)
+        else:
+            assert "makes no sense" in instance.last_message.text
+    assert accepted == 5, "before and in initialization, Event Mode, continuous time, terminated"

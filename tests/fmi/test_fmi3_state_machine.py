@@ -339,7 +339,7 @@ def test_reset_gives_the_start_values(new, type_, mode):
 
 @pytest.mark.parametrize(("source_type", "source"), [place for place in PLACES if place[1] not in UPDATES])
 def test_a_state_brings_its_mode_along(new, source_type, source):
-    """Restored in another instance of its type, it allows what its own mode allows; in one of the other, it is refused."""
+    """Restored in another instance of its type, it allows what its mode allows; in one of the other, it is refused."""
     modes, options = TYPES[source_type]
     _, other_options = TYPES["ME" if source_type == "CS" else "CS"]
 

@@ -190,7 +190,7 @@ def test_update_discrete_states_tells_of_nothing(new):
 
 
 def test_who_is_called_when(new):
-    """At the start, where values are final and an early return may be asked for; at the end, where inputs are wanted."""
+    """At the start, where values are final and early return may be asked for; at the end, where inputs are wanted."""
     seen = []
     for early_return in (False, True):
         instance = new(early_return=early_return, intermediate=lambda i, *told: seen.append(told)).initialize()

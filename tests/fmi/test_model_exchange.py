@@ -267,7 +267,9 @@ def test_a_state_of_the_other_interface_type_is_refused(new):
     assert "other interface type" in other.last_message.text and other.serialize() == before
 
 
-@pytest.mark.parametrize("function", ["fmi2GetContinuousStates", "fmi2GetDerivatives", "fmi2SetTime", "fmi2EnterEventMode"])
+@pytest.mark.parametrize(
+    "function", ["fmi2GetContinuousStates", "fmi2GetDerivatives", "fmi2SetTime", "fmi2EnterEventMode"]
+)
 def test_not_in_co_simulation(new, function):
     instance = new().initialize()
     before = instance.serialize()

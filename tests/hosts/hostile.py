@@ -41,7 +41,7 @@ class Season(NamedTuple):
 
 
 def build_fuzzer(folder: Path, sanitizer: str, version: int = 2) -> Path:
-    """The fuzzer of an FMI version under a sanitizer of SANITIZERS, by the system's own compiler: ziglang brings none."""
+    """The fuzzer of an FMI version under a sanitizer of SANITIZERS, by the system's compiler: ziglang brings none."""
     cc = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     if cc is None:
         raise NoSanitizer("there is no C compiler on this system")
