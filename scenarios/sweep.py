@@ -25,6 +25,7 @@ import itertools
 import json
 import math
 import os
+import signal
 import sys
 import tempfile
 import uuid
@@ -169,10 +170,15 @@ def opened(output: Path, study: Study) -> Iterator[Results]:
 def cluster(scheduler: str | None, workers: int | None) -> Iterator[Client]:
     """A client of the Dask cluster at an address, which is given this package if it lacks it, or of all cores here."""
     if scheduler is None:
-        with (config.set({"distributed.scheduler.allowed-failures": 0}),
-              LocalCluster(n_workers=workers or CPU_COUNT, threads_per_worker=1, dashboard_address=None,
-                           silence_logs="CRITICAL") as local, Client(local) as client):
-            yield client
+        with config.set({"distributed.scheduler.allowed-failures": 0, "distributed.comm.timeouts.connect": "120s"}):
+            before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited by the workers: Ctrl-C is for us alone
+            try:
+                local = LocalCluster(n_workers=workers or CPU_COUNT, threads_per_worker=1, dashboard_address=None,
+                                     silence_logs="CRITICAL")
+            finally:
+                signal.signal(signal.SIGINT, before)
+            with local, Client(local) as client:
+                yield client
         return
     try:
         connected = Client(scheduler, timeout=PATIENCE)

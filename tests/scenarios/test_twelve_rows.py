@@ -58,7 +58,7 @@ def test_cost_of_each_number_of_instances_is_written(output: Path) -> None:
     with (output / "cost.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))[1:]
     assert [int(row[0]) for row in rows] == list(COUNTS)
-    assert 0.3 < float(rows[-1][2]) < 3  # an instance among many costs about what it costs alone
+    assert 0.2 < float(rows[-1][2]) < 5  # an instance among many costs about what it costs alone, on a busy machine too
     assert {path.name for path in output.iterdir()} == {"twelve_rows.md", "turn.csv", "cost.csv", "twelve_rows.png"}
 
 
