@@ -17,12 +17,16 @@ ROOT = Path(__file__).resolve().parent.parent
 FMU = ROOT / "build" / "fmi2" / "TransplanterLinkage.fmu"
 
 
-def parser(scene: str, doc: str) -> argparse.ArgumentParser:
-    """Options that every scene has; ``doc`` is its module's text, whose first line describes it."""
+def parser(scene: str, doc: str, **output: object) -> argparse.ArgumentParser:
+    """Options that every scene has; ``doc`` is its module's text, whose first line describes it.
+
+    ``output`` are arguments of argparse for that option, where the scene has its own way.
+    """
     made = argparse.ArgumentParser(prog=f"python -m scenarios.{scene}", description=doc.splitlines()[0])
     made.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
-    made.add_argument("--output", type=Path, default=ROOT / "build" / "reports" / scene,
-                      help="folder for tables and figures (default: %(default)s)")
+    usual = {"default": ROOT / "build" / "reports" / scene,
+             "help": "folder for tables and figures (default: %(default)s)"}
+    made.add_argument("--output", type=Path, **usual | output)
     return made
 
 

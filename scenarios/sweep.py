@@ -3,8 +3,8 @@
     python -m scenarios.sweep
     python -m scenarios.sweep --parameter geometry.L1=0.045:0.055 --parameter scene.spacing=0.3:0.5 --grid 9
 
-Every run is one row of a Parquet dataset, ``results/`` in the output folder, written as soon as it is
-done. A sweep that was stopped, however hard, goes on where it was when it is started again. A run that
+Every run is one row of a Parquet dataset, ``results/`` in the study's own folder, written as soon as it
+is done. A sweep that was stopped, however hard, goes on where it was when it is started again. A run that
 the FMU refuses is a row too, with its message. ``sweep.png`` shows the trade-off between hole length,
 posture and acceleration.
 
@@ -53,6 +53,7 @@ from scenarios.system import SystemFault
 # The parameters of the paper's section 4, each as far as the linkage still turns or a little beyond.
 DEFAULT_RANGES = {"geometry.L1": (0.035, 0.065), "geometry.L4": (0.006, 0.036), "geometry.L7": (0.235, 0.270),
                   "geometry.phi4": (5.0, 5.9)}
+OUTPUT = command.ROOT / "build" / "reports" / "sweep"
 SAMPLES = 200
 MERGE_AT = 256          # files of one row each are merged into one when there are so many
 SCENE = "scenarios.sweep_scenes:planting_cycle"
@@ -73,6 +74,11 @@ class Study:
     grid: int                                 # values of each parameter, or 0: Latin hypercube
     samples: int
     seed: int
+
+    @property
+    def number(self) -> str:
+        """Tells studies apart, in eight digits."""
+        return hashlib.sha256(json.dumps(asdict(self)).encode()).hexdigest()[:8]
 
     def points(self) -> np.ndarray:
         """The parameter sets, a row each, in the order of ``ranges``."""
@@ -246,6 +252,7 @@ def front(values: np.ndarray) -> np.ndarray:
 def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     """Run, print and write everything; returns the files."""
     study = study_of(options)
+    options.output = options.output or OUTPUT / study.number
     total = len(study.points())
     with opened(options.output, study) as results:
         before = results.table().num_rows
@@ -275,14 +282,14 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
                     for k in best[np.argsort(values[best, 0])]]
             headings = (*names, "hole / mm", "posture / deg", "acceleration / m/s2")
             reports.show_table(console, f"{len(best)} runs that no other beats in all three"
-                               + (", the shortest holes first" if len(rows) > 12 else ""), headings, rows[:12])
+                               + ("; 12 with the shortest holes" if len(rows) > 12 else ""), headings, rows[:12])
             written += [options.output / "front.csv", options.output / "sweep.png"]
             reports.write_csv(written[1], headings, rows)
             try:
-                published = find_scene(study.scene)(options.fmu, {})  # with the FMU's start values
+                start = find_scene(study.scene)(options.fmu, {})
             except (FmuError, Refused, SystemFault):
-                published = {}
-            sweep_figure.draw(written[2], values, usable, best, [published[name] for name in MEASURES if published],
+                start = {}
+            sweep_figure.draw(written[2], values, usable, best, [start[name] for name in MEASURES if start],
                               f"{np.count_nonzero(usable)} of {total} runs")
     return written
 
@@ -328,7 +335,8 @@ def _number(least: int, most: int) -> Callable[[str], int]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = command.parser("sweep", __doc__)
+    parser = command.parser("sweep", __doc__, default=None, help=(
+        "folder for results, tables and figures (default: one for each study in build/reports/sweep)"))
     parser.add_argument("--scene", default=SCENE, metavar="MODULE:FUNCTION",
                         help="what a run is (default: %(default)s)")
     parser.add_argument("--parameter", action="append", type=_range, default=[], metavar="NAME=LOW:HIGH",
