@@ -35,7 +35,7 @@ def build_fmu(version: int, output: Path, platforms: Iterable[compiler.Platform]
     interface = load_interface()
     content = {"modelDescription.xml": model_description_xml(interface, FMI3 if version == 3 else NATIVE)}
     content |= reference_content(interface)
-    content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
+    content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
     with tempfile.TemporaryDirectory() as folder:
         for target in platforms:
             file = f"{interface.model.name}{target.suffix}"
@@ -76,7 +76,7 @@ def build_twin(output: Path) -> Path:
         with zipfile.ZipFile(raw) as archive:
             content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
     content["modelDescription.xml"] = model_description_xml(interface, TWIN)
-    content["documentation/licenses/LICENSE.txt"] = license_text(DISTRIBUTION)
+    content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
     # the archive carries PythonFMU's binaries and modules
     content["documentation/licenses/PythonFMU.txt"] = license_text("pythonfmu")
     fmu = output / "twin" / f"{interface.model.name}{TWIN.suffix}.fmu"

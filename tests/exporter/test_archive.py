@@ -26,10 +26,10 @@ def test_contents(fmu_files, interface, version, edition):
         platform = host_platform()
         folder = platform.folder if version == 2 else platform.other_folder
         assert f"binaries/{folder}/{interface.model.name}{platform.suffix}" in binaries
-        carried = {"documentation/licenses/LICENSE.txt", *reference_content(interface)}
+        carried = {"documentation/licenses/license.txt", *reference_content(interface)}
         assert set(names) == {"modelDescription.xml", *carried, *binaries}
         assert archive.read("modelDescription.xml") == model_description_xml(interface, edition), "built from another interface.toml"
-        assert archive.read("documentation/licenses/LICENSE.txt") == (PROJECT_ROOT / "LICENSE").read_bytes()
+        assert archive.read("documentation/licenses/license.txt") == (PROJECT_ROOT / "LICENSE").read_bytes()
         assert archive.testzip() is None
         for name in names:
             assert str(PROJECT_ROOT).encode() not in archive.read(name), f"{name} holds a path of this machine"
