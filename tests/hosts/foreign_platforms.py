@@ -24,7 +24,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from fmu_src.exporter.build import build_fmi2
+from fmu_src.exporter.build import build_fmu
 from fmu_src.exporter.compiler import PLATFORMS, Platform, compile_program, host_platform
 from fmu_src.interface import load_interface
 from scenarios.reports import markdown_table
@@ -119,7 +119,7 @@ def ordered(digits: str) -> int:
 def unpack_all(folder: Path) -> dict[str, Path]:
     """The FMU's binaries for all platforms that could be run, by the platform's name."""
     targets = [target for target in PLATFORMS.values() if target.suffix != ".dylib" or target == host_platform()]
-    shutil.unpack_archive(build_fmi2(folder / "fmu", targets), folder / "unpacked", "zip")
+    shutil.unpack_archive(build_fmu(2, folder / "fmu", targets), folder / "unpacked", "zip")
     files: dict[str, Path] = {}
     for target in targets:
         places = [folder / "unpacked" / "binaries" / name for name in (target.folder, target.other_folder)]
