@@ -182,6 +182,10 @@ static bool is_boolean(uint32_t reference) {
     return is_known(reference) && interface_evaluation[reference] == EVALUATION_NOT_REAL;
 }
 
+static bool is_geometry(uint32_t reference) {
+    return reference >= VARIABLE_GEOMETRY_L1 && reference <= VARIABLE_GEOMETRY_THETA9;
+}
+
 /* An output, or the derivative of a state. */
 static bool is_computed(uint32_t reference) {
     return is_known(reference)
@@ -257,8 +261,9 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
     for (size_t i = 0; i < count; ++i)
         c->settings.real[reference[i]] = value[i];
     if (follows_inputs(c)) {
-        if (c->settings.mode <= MODE_INITIALIZATION) /* the geometry may have been set */
-            c->linkage_is_ready = 0;
+        for (size_t i = 0; i < count; ++i)
+            if (is_geometry(reference[i])) /* before the end of initialization */
+                c->linkage_is_ready = 0;
         follow_inputs(c);
     }
     return COMPONENT_OK;
@@ -355,10 +360,6 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
         }
     }
     return COMPONENT_OK;
-}
-
-static bool is_geometry(uint32_t reference) {
-    return reference >= VARIABLE_GEOMETRY_L1 && reference <= VARIABLE_GEOMETRY_THETA9;
 }
 
 /* Refuses, with a message, what is no unknown or no known now, and seeds that are no numbers. Else
