@@ -364,7 +364,8 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
 
 /* Refuses, with a message, what is no unknown or no known now, and seeds that are no numbers. Else
  * sums up what is to be evaluated, and whether by the geometry. Parameters are knowns in
- * initialization mode, where they may change (FMI 2.0.4, section 2.2.8; FMI 3.0, section 2.4.9). */
+ * initialization mode alone, where they may change: FMI 2.0.4, sections 2.1.9 and 2.2.8
+ * (InitialUnknowns); FMI 3.0, section 2.2, "Getting Partial Derivatives". */
 static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
                                         size_t unknown_count, const uint32_t known[],
                                         size_t known_count, const double seed[], bool is_adjoint,

@@ -39,6 +39,15 @@ def test_info(fmu_file, capsys):
         assert word in said
 
 
+def test_info_of_fmi3(fmu_files, capsys):
+    """What each interface type offers."""
+    assert main(["info", str(fmu_files[3])]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    for word in ("FMI 3.0", "Model Exchange: states", "event mode", "intermediate update", "adjoint", "der(machine.s)"):
+        assert word in said
+    assert host_platform().other_folder in said
+
+
 def test_validate(fmu_file, capsys):
     """More in test_validation.py."""
     assert main(["validate", str(fmu_file)]) == 0

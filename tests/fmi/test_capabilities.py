@@ -1,5 +1,5 @@
 """Each capability flag of modelDescription.xml keeps what it says (FMI 2.0.4, sections 2.2.1, 3.3.1 and 4.3.1; FMI 3.0,
-sections 2.4.1, 3.3 and 4.3).
+the description schemas of chapters 2, 3 and 4).
 
 One check for each flag: a flag newly declared fails here until it has one. Finer tests are in the files named.
 """

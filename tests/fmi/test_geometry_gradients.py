@@ -1,7 +1,7 @@
 """Derivatives of every output by the geometry, where the standard has them: in initialization mode.
 
 There parameters may change, and outputs depend on them as ModelStructure's InitialUnknowns say (FMI 2.0.4, sections
-2.1.9 and 2.2.8; FMI 3.0, sections 2.2.11 and 2.4.9). In all other modes they are fixed: knowns are the inputs and the
+2.1.9 and 2.2.8; FMI 3.0, section 2.2, "Getting Partial Derivatives"). In all other modes they are fixed: knowns are the inputs and the
 state machine.s.
 """
 
