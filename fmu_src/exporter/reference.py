@@ -134,7 +134,7 @@ def parameter_set(interface: Interface, name: str, changed: dict[str, float]) ->
     """The geometry as SSV: the nominal set but for what is `changed`."""
     root = etree.Element(f"{{{SSV}}}ParameterSet", nsmap={"ssv": SSV, "ssc": SSC}, version="1.0", name=name)
     parameters = etree.SubElement(root, f"{{{SSV}}}Parameters")
-    geometry = [variable for variable in interface.of_kind("parameter") if variable.type == "real"]
+    geometry = [interface[f"geometry.{symbol}"] for symbol in interface.geometry]
     for variable in geometry:
         element = etree.SubElement(parameters, f"{{{SSV}}}Parameter", name=variable.name)
         value = changed.get(variable.name, variable.start)

@@ -305,6 +305,7 @@ def test_missing_binary(checked, built):
     assert results["run (CS)"].skipped == "needs load to pass"
 
 
+@pytest.mark.parametrize("fmi", [2], indirect=True)  # as the FMU that they are put into
 def test_binary_of_another_platform(checked, built, all_platforms):
     """Windows' in the folder of Linux, and the other processor's."""
     name = binary_of(built)

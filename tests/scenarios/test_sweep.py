@@ -212,7 +212,7 @@ def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_sc
 # --- what cannot be run ---------------------------------------------------------------------------
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have geometry.L1, "),
+    (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have crank.smoothing, geometry.L1, "),
     (("--parameter", "scene.speed=1:2"), "real parameter scene.speed; they have"),
     (("--parameter", "geometry.L1=2:1"), "'geometry.L1=2:1' is not NAME=LOW:HIGH with LOW below HIGH"),
     (("--scene", "scenarios.sweep_scenes:none"), "There is no scene 'scenarios.sweep_scenes:none'"),
