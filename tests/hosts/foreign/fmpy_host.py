@@ -30,7 +30,7 @@ def play(task: Task, solver: str = "CVode") -> Rows:
     )
     result = fmpy.simulate_fmu(
         str(task.fmu), fmi_type=LONG_NAMES[task.interface], stop_time=STEPS * STEP, output_interval=STEP,
-        input=inputs, output=OUTPUTS,
+        input=inputs, output=OUTPUTS, solver=solver,
     )  # fmt: skip
     for row in result:
         yield row["time"], [row[name] for name in OUTPUTS]
