@@ -1,7 +1,7 @@
 /* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */
 #include "interface.h"
 
-const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {
+INTERNAL const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {
     {"(no variable)", 0.0, 0.0, 0.0, -1, 0},
     {"time", 0.0, -1e+60, 1e+60, -1, 0},
     {"crank.phi", 0.0, -1e+60, 1e+60, 0, 0},
@@ -49,7 +49,7 @@ const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {
     {"der(machine.s)", 0.0, -1e+60, 1e+60, -1, 0},
 };
 
-const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
+INTERNAL const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
     EVALUATION_NOT_REAL, /* (no variable) */
     EVALUATION_NONE, /* time */
     EVALUATION_NONE, /* crank.phi */
@@ -97,7 +97,7 @@ const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {
     EVALUATION_SPEED, /* der(machine.s) */
 };
 
-const uint8_t interface_access[INTERFACE_COUNT + 1] = {
+INTERNAL const uint8_t interface_access[INTERFACE_COUNT + 1] = {
     ACCESS_READ_ONLY, /* (no variable) */
     ACCESS_READ_ONLY, /* time */
     ACCESS_REAL_BEFORE_START | ACCESS_REAL_LATER, /* crank.phi */

@@ -4,6 +4,13 @@
 
 #include <stdint.h>
 
+#ifndef INTERNAL /* see linkage.h */
+#define INTERNAL
+#endif
+#ifndef INTERNAL_TABLE
+#define INTERNAL_TABLE extern
+#endif
+
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
@@ -98,8 +105,8 @@ typedef struct {
 } InterfaceVariable;
 
 /* By value reference; number 0 is no variable. The last two are what every step looks up. */
-extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
-extern const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
-extern const uint8_t interface_access[INTERFACE_COUNT + 1];      /* ACCESS_ */
+INTERNAL_TABLE const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
+INTERNAL_TABLE const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
+INTERNAL_TABLE const uint8_t interface_access[INTERFACE_COUNT + 1]; /* ACCESS_ */
 
 #endif

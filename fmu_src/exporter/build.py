@@ -16,8 +16,10 @@ from pathlib import Path
 from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import write_archive
+from .mach_o import universal
 from .model_description import FMI3, NATIVE, TWIN, model_description_xml
 from .reference import reference_content
+from .sources import source_content
 from .version import DISTRIBUTION
 
 PARTS = "transplanter_linkage_parts"  # the twin's modules in its FMU, under a name that nothing else has
@@ -34,20 +36,34 @@ def build_fmu(version: int, output: Path, platforms: Iterable[compiler.Platform]
     """
     interface = load_interface()
     content = {"modelDescription.xml": model_description_xml(interface, FMI3 if version == 3 else NATIVE)}
-    content |= reference_content(interface)
+    content |= reference_content(interface) | source_content(interface, version)
     content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
-    with tempfile.TemporaryDirectory() as folder:
-        for target in platforms:
-            file = f"{interface.model.name}{target.suffix}"
-            name = f"binaries/{target.folder}/{file}"
-            if version == 3 or name in content:
-                name = f"binaries/{target.other_folder}/{file}"
-            library = Path(folder) / name
-            compiler.compile_library((compiler.FMU_SOURCE[version],), library, target)
-            content[name] = library.read_bytes()
+    content |= binaries(interface, version, platforms)
     fmu = output / f"fmi{version}" / f"{interface.model.name}.fmu"
     write_archive(fmu, content)
     return fmu
+
+
+def binaries(interface: Interface, version: int, platforms: Iterable[compiler.Platform]) -> dict[str, bytes]:
+    """The libraries for `platforms` in the archive, by name. version: 2 or 3, FMI 2.0 or 3.0.
+
+    FMI 3.0 has a folder for each system and processor. FMI 2.0 has one a system: macOS for both processors is one
+    file in it; where Linux's is taken, another processor's binary goes where FMI 3.0 has it.
+    """
+    content: dict[str, bytes] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for target in platforms:
+            file = f"{interface.model.name}{target.suffix}"
+            library = Path(folder) / target.name / file
+            compiler.compile_library((compiler.FMU_SOURCE[version],), library, target)
+            name = f"binaries/{target.folder}/{file}"
+            if version == 2 and target.suffix == ".dylib" and name in content:
+                content[name] = universal([content[name], library.read_bytes()])
+            elif version == 3 or name in content:
+                content[f"binaries/{target.other_folder}/{file}"] = library.read_bytes()
+            else:
+                content[name] = library.read_bytes()
+    return content
 
 
 def build_twin(output: Path) -> Path:

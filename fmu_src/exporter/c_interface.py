@@ -22,6 +22,13 @@ def header(interface: Interface) -> str:
 
 #include <stdint.h>
 
+#ifndef INTERNAL /* see linkage.h */
+#define INTERNAL
+#endif
+#ifndef INTERNAL_TABLE
+#define INTERNAL_TABLE extern
+#endif
+
 #define INTERFACE_MODEL_IDENTIFIER "{interface.model.name}"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
@@ -66,9 +73,9 @@ typedef struct {{
 }} InterfaceVariable;
 
 /* By value reference; number 0 is no variable. The last two are what every step looks up. */
-extern const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
-extern const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
-extern const uint8_t interface_access[INTERFACE_COUNT + 1];      /* ACCESS_ */
+INTERNAL_TABLE const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
+INTERNAL_TABLE const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
+INTERNAL_TABLE const uint8_t interface_access[INTERFACE_COUNT + 1]; /* ACCESS_ */
 
 #endif
 """
@@ -78,17 +85,17 @@ def source(interface: Interface) -> str:
     """interface.c: the table of variables."""
     return f"""{BANNER}#include "interface.h"
 
-const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
+INTERNAL const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
     {{"(no variable)", 0.0, 0.0, 0.0, -1, 0}},
 {_lines(_row(interface, v) for v in interface.variables)}
 }};
 
-const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {{
+INTERNAL const uint16_t interface_evaluation[INTERFACE_COUNT + 1] = {{
     EVALUATION_NOT_REAL, /* (no variable) */
 {_lines(f"    EVALUATION_{_evaluation(v)}, /* {v.name} */" for v in interface.variables)}
 }};
 
-const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
+INTERNAL const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
     ACCESS_READ_ONLY, /* (no variable) */
 {_lines(f"    {_access(v)}, /* {v.name} */" for v in interface.variables)}
 }};

@@ -9,6 +9,7 @@ import fmpy
 from lxml import etree
 
 from ..interface import Interface, Unit, Variable
+from .sources import source_name
 from .version import generation_tool, project_version
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
@@ -18,13 +19,14 @@ SCHEMAS = Path(fmpy.__file__).parent / "schema"
 class Edition:
     """What differs between the FMUs that share the interface; `suffix` makes the model's name.
 
-    fmi: 2 or 3; capabilities: of each interface type, by the name of its element.
+    fmi: 2 or 3; capabilities: of each interface type, by the name of its element; has_sources: C sources come along.
     """
 
     fmi: int
     suffix: str
     remark: str
     capabilities: dict[str, dict[str, str]]
+    has_sources: bool = False
 
 
 # Each of these has a test in tests/fmi.
@@ -48,6 +50,7 @@ NATIVE = Edition(
         }
         | _STATES,
     },
+    has_sources=True,
 )
 FMI3 = Edition(
     fmi=3,
@@ -64,6 +67,7 @@ FMI3 = Edition(
         }
         | _STATES_FMI3,
     },
+    has_sources=True,
 )
 TWIN = Edition(
     fmi=2,
@@ -122,6 +126,9 @@ def model_description_xml(interface: Interface, edition: Edition) -> bytes:
     for variable in interface.variables:
         _ADD_VARIABLE[edition.fmi](variables, interface, variable)
     _ADD_STRUCTURE[edition.fmi](etree.SubElement(root, "ModelStructure"), interface)
+    if edition.fmi == 2 and edition.has_sources:  # FMI 3.0 has sources/buildDescription.xml
+        for interface_type in root.iterchildren("ModelExchange", "CoSimulation"):
+            etree.SubElement(etree.SubElement(interface_type, "SourceFiles"), "File", name=source_name(interface))
 
     schema = etree.XMLSchema(etree.parse(str(SCHEMAS / f"fmi{edition.fmi}" / f"fmi{edition.fmi}ModelDescription.xsd")))
     if not schema.validate(root):

@@ -5,6 +5,7 @@
 #else
 #define INTERNAL static
 #endif
+#define INTERNAL_TABLE static
 
 #include "../linkage/linkage.c"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import struct
 import zipfile
 from pathlib import Path
 
@@ -32,12 +33,16 @@ def all_platforms(fmi, all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("binaries")
     with zipfile.ZipFile(all_platforms_fmu) as archive:
         archive.extractall(folder)
-    files: dict[str, Path] = {}
+    files = {}
     for name, platform in PLATFORMS.items():
-        file = folder / "binaries" / platform.folder / f"TransplanterLinkage{platform.suffix}"
-        if fmi == 3 or file in files.values():  # FMI 2.0 knows one processor family a system
-            file = folder / "binaries" / platform.other_folder / file.name
-        files[name] = file
+        place = platform.other_folder if fmi == 3 or name == "aarch64-linux" else platform.folder
+        files[name] = folder / "binaries" / place / f"TransplanterLinkage{platform.suffix}"
+    if fmi == 2:  # macOS for both processors is one file
+        fat = files["x86_64-macos"].read_bytes()
+        for number, name in enumerate(("x86_64-macos", "aarch64-macos")):
+            offset, size = struct.unpack_from(">II", fat, 8 + 20 * number + 8)
+            files[name] = folder / f"{name}.dylib"
+            files[name].write_bytes(fat[offset : offset + size])
     return files
 
 

@@ -14,6 +14,7 @@ from fmu_src.exporter.build import build_fmu
 from fmu_src.exporter.compiler import host_platform
 from fmu_src.exporter.model_description import FMI3, NATIVE, model_description_xml
 from fmu_src.exporter.reference import reference_content
+from fmu_src.exporter.sources import source_content
 from tests.conftest import PROJECT_ROOT
 
 
@@ -27,6 +28,7 @@ def test_contents(fmu_files, interface, version, edition):
         folder = platform.folder if version == 2 else platform.other_folder
         assert f"binaries/{folder}/{interface.model.name}{platform.suffix}" in binaries
         carried = {"documentation/licenses/license.txt", *reference_content(interface)}
+        carried |= set(source_content(interface, version))
         assert set(names) == {"modelDescription.xml", *carried, *binaries}
         assert archive.read("modelDescription.xml") == model_description_xml(interface, edition), "built from another interface.toml"
         assert archive.read("documentation/licenses/license.txt") == (PROJECT_ROOT / "LICENSE").read_bytes()

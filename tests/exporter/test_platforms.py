@@ -12,25 +12,18 @@ from elftools.elf.elffile import ELFFile
 
 from fmu_src.exporter import compiler
 from fmu_src.exporter.compiler import PLATFORMS, CompileError, compile_library, host_platform
+from fmu_src.exporter.mach_o import universal
 from tests.fmi import host, host3
 
 FUNCTIONS = {2: {*host.FUNCTIONS, *host.MODEL_EXCHANGE_FUNCTIONS}, 3: {*host3.FUNCTIONS}}
 
-# FMI 2.0.4, section 2.3 for the first three; the others as fmpy and the FMI cross-checks name them.
 FOLDERS = {
-    "x86_64-linux": ("linux64", ".so"),
-    "x86_64-windows": ("win64", ".dll"),
-    "x86_64-macos": ("darwin64", ".dylib"),
-    "aarch64-linux": ("aarch64-linux", ".so"),
-    "aarch64-macos": ("aarch64-darwin", ".dylib"),
-}
-FMI3_FOLDERS = {  # FMI 3.0, section 2.5.1.4: platform tuples
-    "x86_64-linux": ("x86_64-linux", ".so"),
-    "x86_64-windows": ("x86_64-windows", ".dll"),
-    "x86_64-macos": ("x86_64-darwin", ".dylib"),
-    "aarch64-linux": ("aarch64-linux", ".so"),
-    "aarch64-macos": ("aarch64-darwin", ".dylib"),
-}
+    # FMI 2.0.4, section 2.3 for the first three, macOS for both processors; the fourth has no name there but FMI 3.0's
+    2: {("linux64", ".so"), ("win64", ".dll"), ("darwin64", ".dylib"), ("aarch64-linux", ".so")},
+    # FMI 3.0, section 2.5.1.4: platform tuples
+    3: {("x86_64-linux", ".so"), ("aarch64-linux", ".so"), ("x86_64-windows", ".dll"),
+        ("x86_64-darwin", ".dylib"), ("aarch64-darwin", ".dylib")},
+}  # fmt: skip
 MACH_O_64 = 0xFEEDFACF
 MACH_O_LIBRARY = 6
 
@@ -38,9 +31,7 @@ MACH_O_LIBRARY = 6
 def test_all_are_there(all_platforms_fmu, interface, fmi):
     with zipfile.ZipFile(all_platforms_fmu) as archive:
         binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
-    folders = FOLDERS if fmi == 2 else FMI3_FOLDERS
-    assert binaries == {f"binaries/{folder}/{interface.model.name}{suffix}" for folder, suffix in folders.values()}
-    assert set(PLATFORMS) == set(folders)
+    assert binaries == {f"binaries/{folder}/{interface.model.name}{suffix}" for folder, suffix in FOLDERS[fmi]}
 
 
 @pytest.mark.parametrize(("name", "machine"), [("x86_64-linux", "EM_X86_64"), ("aarch64-linux", "EM_AARCH64")])
@@ -95,16 +86,48 @@ def test_macos(all_platforms, name, processor, fmi):
     content = all_platforms[name].read_bytes()
     magic, cpu, _, kind, commands = struct.unpack_from("<IIIII", content)
     assert (magic, cpu, kind) == (MACH_O_64, processor, MACH_O_LIBRARY)
-    needed, place = set(), 32
+    needed, place, signed = set(), 32, False
     for _ in range(commands):
         command, size = struct.unpack_from("<II", content, place)
+        signed = signed or command == 0x1D  # LC_CODE_SIGNATURE
         if command == 0xC:  # LC_LOAD_DYLIB
             start = place + struct.unpack_from("<I", content, place + 8)[0]
             needed.add(content[start : content.index(b"\0", start)].decode())
         place += size
     assert needed == {"/usr/lib/libSystem.B.dylib"}
+    assert signed or processor != 0x0100000C, "macOS loads nothing unsigned on its own processors"
     for function in FUNCTIONS[fmi]:
         assert f"_{function}\0".encode() in content
+
+
+def macho(processor: int, size: int, fill: bytes = b"x") -> bytes:
+    return struct.pack("<III", MACH_O_64, processor, 3).ljust(size, fill)
+
+
+def test_universal_binary():
+    """<mach-o/fat.h>: big-endian header; each library whole, on a page of its own, x86_64 first."""
+    x86, arm = macho(0x01000007, 20000, b"i"), macho(0x0100000C, 100, b"a")
+    made = universal([arm, x86])
+    assert made == universal([x86, arm])
+    assert struct.unpack_from(">II", made) == (0xCAFEBABE, 2)
+    entries = [struct.unpack_from(">IIIII", made, 8 + 20 * k) for k in range(2)]
+    assert [entry[0] for entry in entries] == [0x01000007, 0x0100000C] and [entry[1] for entry in entries] == [3, 3]
+    for library, (_, _, offset, size, bits) in zip((x86, arm), entries):
+        assert bits == 14 and offset % (1 << bits) == 0 and made[offset : offset + size] == library
+    assert len(made) == entries[1][2] + len(arm)
+
+
+@pytest.mark.parametrize(
+    ("libraries", "said"),
+    [
+        ([macho(7, 50), macho(7, 60)], "two libraries for one processor"),
+        ([macho(7, 50), b"\x7fELF" + bytes(60)], "no 64-bit Mach-O"),
+        ([b""], "no 64-bit Mach-O"),
+    ],
+)
+def test_no_universal_binary(libraries, said):
+    with pytest.raises(ValueError, match=said):
+        universal(libraries)
 
 
 # ---- which platform this is ----------------------------------------------------------------------
