@@ -16,10 +16,12 @@ from pathlib import Path
 from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import write_archive
+from .documentation import documentation_content
 from .mach_o import universal
-from .model_description import FMI3, NATIVE, TWIN, model_description_xml
+from .model_description import FMI3, NATIVE, TWIN, Edition, model_description_xml
 from .reference import reference_content
 from .sources import source_content
+from .terminals import terminal_content
 from .version import DISTRIBUTION
 
 PARTS = "transplanter_linkage_parts"  # the twin's modules in its FMU, under a name that nothing else has
@@ -34,14 +36,23 @@ def build_fmu(version: int, output: Path, platforms: Iterable[compiler.Platform]
 
     version: 2 or 3, FMI 2.0 or 3.0.
     """
-    interface = load_interface()
-    content = {"modelDescription.xml": model_description_xml(interface, FMI3 if version == 3 else NATIVE)}
-    content |= reference_content(interface) | source_content(interface, version)
-    content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
+    interface, edition, platforms = load_interface(), FMI3 if version == 3 else NATIVE, list(platforms)
+    content = carried(interface, edition) | source_content(interface, version)
     content |= binaries(interface, version, platforms)
+    if any(target.suffix == ".dll" for target in platforms):
+        content["documentation/licenses/mingw-w64.txt"] = compiler.mingw_license()
     fmu = output / f"fmi{version}" / f"{interface.model.name}.fmu"
     write_archive(fmu, content)
     return fmu
+
+
+def carried(interface: Interface, edition: Edition) -> dict[str, bytes]:
+    """What every FMU has but what it runs on and its sources, by name in the archive."""
+    content = {"modelDescription.xml": model_description_xml(interface, edition)}
+    content |= documentation_content(interface, edition) | terminal_content(interface, edition.fmi)
+    content |= reference_content(interface)
+    content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
+    return content
 
 
 def binaries(interface: Interface, version: int, platforms: Iterable[compiler.Platform]) -> dict[str, bytes]:
@@ -91,8 +102,7 @@ def build_twin(output: Path) -> Path:
             raise TwinError(f"the twin does not load:\n{done.stderr.strip()}")
         with zipfile.ZipFile(raw) as archive:
             content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
-    content["modelDescription.xml"] = model_description_xml(interface, TWIN)
-    content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
+    content |= carried(interface, TWIN)
     # the archive carries PythonFMU's binaries and modules
     content["documentation/licenses/PythonFMU.txt"] = license_text("pythonfmu")
     fmu = output / "twin" / f"{interface.model.name}{TWIN.suffix}.fmu"

@@ -15,6 +15,7 @@ from ..interface import InterfaceError, load_interface
 from .build import TwinError, build_fmu, build_twin, write_example_input
 from . import compiler
 from .compiler import PLATFORMS, CompileError, host_platform
+from .documentation import DocumentationError
 from .generate import generate
 from .model_description import ModelDescriptionError
 
@@ -63,7 +64,8 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     try:
         return chosen.run(chosen)
-    except (InterfaceError, ModelDescriptionError, CompileError, TwinError, UnreadableFmu, OSError) as problem:
+    except (InterfaceError, ModelDescriptionError, DocumentationError, CompileError, TwinError, UnreadableFmu,
+            OSError) as problem:  # fmt: skip
         print(f"linkage-fmu: {problem}", file=sys.stderr)
         return 1
 

@@ -99,6 +99,13 @@ def compile_program(sources: tuple[Path, ...], program: Path, target: Platform, 
     run_compiler(target, *options, "-o", str(program), *map(str, sources))
 
 
+def mingw_license() -> bytes:
+    """Of the start-up code that each Windows library carries along."""
+    import ziglang
+
+    return (Path(ziglang.__file__).parent / "lib" / "libc" / "mingw" / "COPYING").read_bytes()
+
+
 def run_compiler(target: Platform, *options: str) -> None:
     libraries = () if target.suffix == ".dll" else ("-lm",)
     command = [

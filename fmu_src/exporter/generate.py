@@ -12,9 +12,10 @@ README = SOURCE_ROOT.parent / "README.md"
 README_MARKS = ("<!-- interface: generated from fmu_src/interface.toml -->", "<!-- interface: end -->")
 
 
-def generated_files(interface: Interface) -> dict[Path, str]:
+def generated_files(interface: Interface) -> dict[Path, str | bytes]:
     """What each generated file must contain."""
     from .drawing import mechanism_svg  # reads interface.toml when it is imported
+    from .icons import icon_files
 
     component = SOURCE_ROOT / "component"
     return {
@@ -22,6 +23,7 @@ def generated_files(interface: Interface) -> dict[Path, str]:
         component / "interface.c": c_interface.source(interface),
         SOURCE_ROOT / "linkage.svg": mechanism_svg().decode(),
         README: with_interface_table(README.read_text(encoding="utf-8"), interface),
+        **icon_files(),
     }
 
 
@@ -29,11 +31,23 @@ def generate(interface: Interface, write: bool) -> list[Path]:
     """The files that are, or with `write` were, stale."""
     stale = []
     for path, content in generated_files(interface).items():
-        if not path.exists() or path.read_text(encoding="utf-8") != content:
+        if not _is_current(path, content):
             stale.append(path)
-            if write:
+            if write and isinstance(content, bytes):
+                path.write_bytes(content)
+            elif write:
                 path.write_text(content, encoding="utf-8")
     return stale
+
+
+def _is_current(path: Path, content: str | bytes) -> bool:
+    from .icons import same_picture
+
+    if not path.exists():
+        return False
+    if isinstance(content, str):
+        return path.read_text(encoding="utf-8") == content
+    return same_picture(path.read_bytes(), content)
 
 
 def with_interface_table(readme: str, interface: Interface) -> str:
@@ -46,9 +60,14 @@ def with_interface_table(readme: str, interface: Interface) -> str:
 
 
 def interface_table(interface: Interface) -> str:
-    rows = ["| # | name | kind | unit | start | meaning |", "|---|---|---|---|---|---|"]
+    rows = [f"| {n} | `{name}` | " + " | ".join(rest) + " |" for n, name, *rest in interface_rows(interface)]
+    return "\n".join(["| # | name | kind | unit | start | meaning |", "|---|---|---|---|---|---|", *rows])
+
+
+def interface_rows(interface: Interface) -> list[tuple[str, ...]]:
+    """Number, name, kind, unit, start and meaning of every variable, as people read them."""
+    rows = []
     for v in interface.variables:
         start = "" if v.start is None else f"{v.start}".lower() if v.type == "boolean" else f"{v.start:.10g}"
-        unit = v.unit.name if v.unit else ""
-        rows.append(f"| {v.value_reference} | `{v.name}` | {v.kind} | {unit} | {start} | {v.text} |")
-    return "\n".join(rows)
+        rows.append((str(v.value_reference), v.name, v.kind, v.unit.name if v.unit else "", start, v.text))
+    return rows

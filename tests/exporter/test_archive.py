@@ -10,10 +10,9 @@ import zipfile
 import pytest
 
 from fmu_src.exporter.archive import write_archive
-from fmu_src.exporter.build import build_fmu
+from fmu_src.exporter.build import build_fmu, carried
 from fmu_src.exporter.compiler import host_platform
 from fmu_src.exporter.model_description import FMI3, NATIVE, model_description_xml
-from fmu_src.exporter.reference import reference_content
 from fmu_src.exporter.sources import source_content
 from tests.conftest import PROJECT_ROOT
 
@@ -27,10 +26,11 @@ def test_contents(fmu_files, interface, version, edition):
         platform = host_platform()
         folder = platform.folder if version == 2 else platform.other_folder
         assert f"binaries/{folder}/{interface.model.name}{platform.suffix}" in binaries
-        carried = {"documentation/licenses/license.txt", *reference_content(interface)}
-        carried |= set(source_content(interface, version))
-        assert set(names) == {"modelDescription.xml", *carried, *binaries}
-        assert archive.read("modelDescription.xml") == model_description_xml(interface, edition), "built from another interface.toml"
+        mingw = {"documentation/licenses/mingw-w64.txt"} if any(name.endswith(".dll") for name in binaries) else set()
+        assert set(names) == {*carried(interface, edition), *source_content(interface, version), *binaries, *mingw}
+        assert archive.read("modelDescription.xml") == model_description_xml(interface, edition), (
+            "built from another interface.toml"
+        )
         assert archive.read("documentation/licenses/license.txt") == (PROJECT_ROOT / "LICENSE").read_bytes()
         assert archive.testzip() is None
         for name in names:

@@ -34,6 +34,15 @@ def test_all_are_there(all_platforms_fmu, interface, fmi):
     assert binaries == {f"binaries/{folder}/{interface.model.name}{suffix}" for folder, suffix in FOLDERS[fmi]}
 
 
+def test_the_licence_of_what_windows_carries(all_platforms_fmu, fmu_files, fmi):
+    """The start-up code of mingw-w64 is in the DLL; its licence asks to be told."""
+    name = "documentation/licenses/mingw-w64.txt"
+    with zipfile.ZipFile(all_platforms_fmu) as archive:
+        assert b"mingw-w64 project" in archive.read(name)
+    with zipfile.ZipFile(fmu_files[fmi]) as archive:
+        assert (name in archive.namelist()) == any(n.endswith(".dll") for n in archive.namelist())
+
+
 @pytest.mark.parametrize(("name", "machine"), [("x86_64-linux", "EM_X86_64"), ("aarch64-linux", "EM_AARCH64")])
 def test_linux(all_platforms, name, machine):
     with all_platforms[name].open("rb") as file:

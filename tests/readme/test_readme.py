@@ -40,6 +40,12 @@ def test_published_cycle_prints_what_is_quoted(beside_the_build: Path):
     assert block_with("334.65") in run.stdout
     (summary,) = re.findall(r"`(\d+ agree, \d+ differ, \d+ not determined by the paper)`", README)
     assert f"\n{summary}\n" in run.stdout
+    columns = ("paper section", "published", "computed", "verdict", "reason")  # the others have all digits
+    made, kept = (
+        [[row[name] for name in columns] for row in csv.DictReader(path.open(newline="", encoding="utf-8"))]
+        for path in (beside_the_build / "reports" / "table.csv", PROJECT_ROOT / "fmu_src/documentation/published.csv")
+    )
+    assert made == kept, "stale in the FMU's documentation: copy build/reports/paper_cycle/table.csv there"
 
 
 def test_command_line_of_fmpy_runs(beside_the_build: Path):
