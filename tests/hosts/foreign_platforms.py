@@ -35,7 +35,8 @@ AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")
 WINE = ("wine64", "/usr/lib/wine/wine64", "wine")
 WINE_PREFIX = Path(__file__).resolve().parents[2] / "build" / "hosts" / "wine"  # takes wine 10 s to make
 QEMU = ("qemu-aarch64-static", "qemu-aarch64")
-HEADINGS = ("platform", "run by", "answers", "numbers", "different", "worst", "s")
+ALIKE = "to the bit"
+HEADINGS = ("FMI", "platform", "run by", "answers", "numbers", "different", "worst", "s")
 
 
 class CannotRun(RuntimeError):
@@ -75,21 +76,24 @@ def first_program(names: Sequence[str], what: str) -> str:
     return found
 
 
-def answers(library: Path, target: Platform, folder: Path) -> list[str]:
-    """The lines that the C host prints for this binary; raises CannotRun, and RuntimeError where it fails."""
+def answers(version: int, library: Path, target: Platform, folder: Path) -> list[str]:
+    """The lines that the C host prints for this binary of FMI 2 or 3; raises CannotRun, and RuntimeError where it fails."""
     command = runner(target)
-    program = folder / f"platform_bits-{target.name}{'.exe' if target.suffix == '.dll' else ''}"
-    compile_program((SOURCE,), program, target, *(() if target.suffix == ".dll" else ("-ldl",)))
+    program = folder / f"platform_bits{version}-{target.name}{'.exe' if target.suffix == '.dll' else ''}"
+    compile_program((SOURCE,), program, target, f"-DFMI={version}", *(() if target.suffix == ".dll" else ("-ldl",)))
     WINE_PREFIX.parent.mkdir(parents=True, exist_ok=True)
     command += [str(program), str(library), load_interface().token]
     wine = {"WINEPREFIX": str(WINE_PREFIX), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
     environment = {**os.environ, **wine}
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=TIME_LIMIT, env=environment, cwd=folder, check=False
-    )
-    lines = done.stdout.splitlines()
+    said = folder / f"{program.stem}.txt"  # not a pipe: wine's server holds that open for seconds after the program
+    with said.open("w+", encoding="utf-8", errors="replace") as file:
+        done = subprocess.run(
+            command, stdout=file, stderr=subprocess.STDOUT, timeout=TIME_LIMIT, env=environment, cwd=folder, check=False
+        )
+        file.seek(0)
+        lines = file.read().splitlines()
     if done.returncode != 0 or lines[-1:] != ["done"]:
-        raise RuntimeError(f"{target.name}: ended with {done.returncode}: {(done.stderr or done.stdout)[-500:]}")
+        raise RuntimeError(f"{target.name}: ended with {done.returncode}: {' '.join(lines[-3:])}")
     return lines
 
 
@@ -116,50 +120,59 @@ def ordered(digits: str) -> int:
     return bits if bits >= 0 else -(bits & 0x7FFFFFFFFFFFFFFF)
 
 
-def unpack_all(folder: Path) -> dict[str, Path]:
+def unpack_all(version: int, folder: Path) -> dict[str, Path]:
     """The FMU's binaries for all platforms that could be run, by the platform's name."""
     targets = [target for target in PLATFORMS.values() if target.suffix != ".dylib" or target == host_platform()]
-    shutil.unpack_archive(build_fmu(2, folder / "fmu", targets), folder / "unpacked", "zip")
+    shutil.unpack_archive(build_fmu(version, folder / "fmu", targets), folder / f"unpacked{version}", "zip")
     files: dict[str, Path] = {}
-    for target in targets:
-        places = [folder / "unpacked" / "binaries" / name for name in (target.folder, target.other_folder)]
-        found = [file for place in places for file in place.glob(f"*{target.suffix}") if file not in files.values()]
-        files[target.name] = found[0]
+    for target in targets:  # FMI 2.0 has one folder for both processors of a system
+        places = (folder / f"unpacked{version}" / "binaries" / name for name in (target.folder, target.other_folder))
+        found = (file for place in places for file in place.glob(f"*{target.suffix}"))
+        files[target.name] = next(file for file in found if file not in files.values())
     return files
 
 
+def compare_platforms(version: int, folder: Path) -> tuple[list[tuple[str, ...]], list[str]]:
+    """The rows under HEADINGS for one FMI version, and what is to be said besides."""
+    rows, notes = [], []
+    libraries = unpack_all(version, folder)
+    native = answers(version, libraries[host_platform().name], host_platform(), folder)
+    for platform, library in libraries.items():
+        target, who, begin = PLATFORMS[platform], f"FMI {version}.0, {platform}", time.perf_counter()
+        try:
+            found = compare(native, answers(version, library, target, folder))
+        except CannotRun as lack:
+            notes.append(f"skipped: {who}: this machine lacks {lack}")
+            continue
+        seconds = f"{time.perf_counter() - begin:.1f}"
+        by = Path((runner(target) or ["itself, again"])[0]).name
+        numbers = (f"{number:,}" for number in (found.lines, found.numbers, found.different))
+        worst = ALIKE if found.first is None else f"{found.ulps} ulp" if found.different else "said otherwise"
+        rows.append((f"{version}.0", platform, by, *numbers, worst, seconds))
+        if found.first is not None:
+            notes.append(f"{who}: {found.first[1]}\nwhere natively: {found.first[0]}")
+    return rows, notes
+
+
 def main() -> int:
-    console, rows, lacking = Console(), [], []
+    console, rows, notes = Console(), [], []
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        libraries = unpack_all(folder)
-        native = answers(libraries[host_platform().name], host_platform(), folder)
-        for platform, library in libraries.items():
-            target, begin = PLATFORMS[platform], time.perf_counter()
-            try:
-                found = compare(native, answers(library, target, folder))
-            except CannotRun as lack:
-                lacking.append(f"skipped: {platform}: this machine lacks {lack}")
-                continue
-            by = Path((runner(target) or ["itself"])[0]).name
-            worst = "to the bit" if found.first is None else f"{found.ulps} ulp"
-            texts = (platform, by, *(f"{n:,}" for n in (found.lines, found.numbers, found.different)), worst)
-            rows.append((*texts, f"{time.perf_counter() - begin:.1f}"))
-            if found.first is not None:
-                lacking.append(f"{platform}: {found.first[0]}\n{' ' * len(platform)}  {found.first[1]}")
+        for version in (2, 3):
+            for all_, more in zip((rows, notes), compare_platforms(version, Path(name)), strict=True):
+                all_.extend(more)
     console.width = max(console.width, 100)
     table = Table(*HEADINGS, box=box.ROUNDED if console.is_terminal else box.ASCII)
     for row in rows:
         table.add_row(*row)
     console.print(table)
-    for line in lacking:
+    for line in notes:
         console.print(line, highlight=False, markup=False)
     output = Path("build/reports/hosts")
     output.mkdir(parents=True, exist_ok=True)
-    text = ["# The FMU's binaries for other platforms", markdown_table(HEADINGS, rows).rstrip(), *lacking]
+    text = ["# The FMU's binaries for other platforms", markdown_table(HEADINGS, rows).rstrip(), *notes]
     (output / "platforms.md").write_text("\n\n".join(text) + "\n", encoding="utf-8")
     print(f"written to {output}/")
-    return any(row[5] != "to the bit" for row in rows)
+    return any(ALIKE not in row for row in rows)
 
 
 if __name__ == "__main__":

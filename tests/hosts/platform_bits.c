@@ -1,8 +1,13 @@
-/* What the FMU answers, to the last bit, for a fixed sequence of calls: LIBRARY TOKEN. One line a
- * call on standard output: what, status, and each number as its 16 hexadecimal digits; messages as
- * they are. The inputs come from integers and the four operations of arithmetic alone, so that they
- * are the same on every platform; foreign_platforms.py compares the lines. POSIX and Windows. */
+/* What the FMU answers as a co-simulation, to the last bit, for a fixed sequence of calls: LIBRARY
+ * TOKEN. Compiled with -DFMI=2 or -DFMI=3. One line a call on standard output: what, status, and
+ * each number as its 16 hexadecimal digits; messages as they are. The inputs come from integers and
+ * the four operations of arithmetic alone, so that they are the same on every platform;
+ * foreign_platforms.py compares the lines. POSIX and Windows. */
+#if FMI == 3
+#include "fmi3Functions.h"
+#else
 #include "fmi2Functions.h"
+#endif
 
 #include <stdint.h>
 #include <stdio.h>
@@ -12,60 +17,165 @@
 #if defined(_WIN32)
 #include <windows.h>
 static void *load(const char *path) { return (void *)LoadLibraryA(path); }
-static void *find(void *library, const char *name) {
+static void find(void *library, const char *name, void *function) {
     FARPROC address = GetProcAddress((HMODULE)library, name);
-    void *found;
-    memcpy(&found, &address, sizeof found);
-    return found;
+    memcpy(function, &address, sizeof address);
 }
 #else
 #include <dlfcn.h>
 static void *load(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
-static void *find(void *library, const char *name) { return dlsym(library, name); }
+static void find(void *library, const char *name, void *function) {
+    void *address = dlsym(library, name);
+    memcpy(function, &address, sizeof address);
+}
 #endif
 
-enum {
-    FIRST_INPUT = 2,
-    INPUTS = 6,
-    FIRST_OUTPUT = 8,
-    OUTPUTS = 16,
-    FIRST_PARAMETER = 24,
-    PARAMETERS = 18,
-    AT_STEP_END = 42,
-    GEOMETRIES = 40,
-    STEPS = 250
-};
+/* Value references, and how many of each kind follow each other. */
+enum { PHI = 2, INPUTS = 6, FIRST_OUTPUT = 8, OUTPUTS = 16, ANGLE_OUTPUTS = 7 };
+enum { FIRST_PARAMETER = 24, PARAMETERS = 18, AT_STEP_END = 42, REFERENCES };
+enum { GEOMETRIES = 40, STEPS = 250, DISCARD = 2 /* in both versions */ };
 
-#define FUNCTIONS(each)                                                                            \
-    each(Instantiate) each(FreeInstance) each(SetupExperiment) each(EnterInitializationMode)       \
-        each(ExitInitializationMode) each(Reset) each(GetReal) each(SetReal) each(SetBoolean)      \
-            each(SetRealInputDerivatives) each(GetRealOutputDerivatives)                           \
-                each(GetDirectionalDerivative) each(DoStep) each(GetFMUstate) each(FreeFMUstate)   \
-                    each(SerializedFMUstateSize) each(SerializeFMUstate)
-#define DECLARE(name) static fmi2##name##TYPE *name;
-FUNCTIONS(DECLARE)
+static void *library;
+static unsigned references[REFERENCES];
 
-static void need(void *library, const char *name, void *function) {
-    void *address = find(library, name);
-    if (address == NULL) {
+typedef void (*Function)(void);
+
+static Function function(const char *name) {
+    Function found = NULL;
+    find(library, name, &found);
+    if (found == NULL) {
         fprintf(stderr, "%s is not there\n", name);
         exit(1);
     }
-    memcpy(function, &address, sizeof address);
+    return found;
 }
 
-/* ---- the same numbers everywhere ---------------------------------------------------------------
- */
+/* ---- the two versions of FMI -------------------------------------------------------------- */
 
-static uint64_t seed = 65;
+#if FMI == 3
+
+#define CALL(name) ((fmi3##name##TYPE *)function("fmi3" #name))
+#define CALL_STATE(name) ((fmi3##name##FMUStateTYPE *)function("fmi3" #name "FMUState"))
+typedef fmi3FMUState State;
+typedef fmi3Status Status;
+
+static void print_message(fmi3InstanceEnvironment environment, fmi3Status status,
+                          fmi3String category, fmi3String message) {
+    (void)environment;
+    printf("message %d %s %s\n", (int)status, category, message);
+}
+
+static void *new_instance(const char *token) {
+    return CALL(InstantiateCoSimulation)("bits", token, "", false, true, false, false, NULL, 0,
+                                         NULL, print_message, NULL);
+}
+
+static Status enter(void *c) {
+    return CALL(EnterInitializationMode)(c, false, 0.0, 0.0, false, 0.0);
+}
+
+static Status set(void *c, int first, size_t count, const double values[]) {
+    return CALL(SetFloat64)(c, references + first, count, values, count);
+}
+
+static Status get(void *c, int first, size_t count, double values[]) {
+    return CALL(GetFloat64)(c, references + first, count, values, count);
+}
+
+static Status set_flag(void *c, int reference, int value) {
+    bool flag = value != 0;
+    return CALL(SetBoolean)(c, references + reference, 1, &flag, 1);
+}
+
+/* FMI 3.0 has no derivatives of inputs. */
+static Status set_slopes(void *c, const double slopes[2]) {
+    (void)c, (void)slopes;
+    return fmi3OK;
+}
+
+static Status get_slopes(void *c, const unsigned of[], size_t count, const int orders[],
+                         double values[]) {
+    return CALL(GetOutputDerivatives)(c, of, count, orders, values, count);
+}
+
+static Status get_sensitivity(void *c, double values[ANGLE_OUTPUTS]) {
+    const double one = 1.0;
+    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, ANGLE_OUTPUTS,
+                                          references + PHI, 1, &one, 1, values, ANGLE_OUTPUTS);
+}
+
+static Status step(void *c, double time, double h) {
+    bool event, terminate, early;
+    double last;
+    return CALL(DoStep)(c, time, h, true, &event, &terminate, &early, &last);
+}
+
+#else
+
+#define CALL(name) ((fmi2##name##TYPE *)function("fmi2" #name))
+#define CALL_STATE(name) ((fmi2##name##FMUstateTYPE *)function("fmi2" #name "FMUstate"))
+typedef fmi2FMUstate State;
+typedef fmi2Status Status;
+
+static void print_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                          fmi2String category, fmi2String message, ...) {
+    (void)environment, (void)name;
+    printf("message %d %s %s\n", (int)status, category, message);
+}
+
+static void *new_instance(const char *token) {
+    static const fmi2CallbackFunctions callbacks = {print_message, calloc, free, NULL, NULL};
+    return CALL(Instantiate)("bits", fmi2CoSimulation, token, "", &callbacks, fmi2False, fmi2True);
+}
+
+static Status enter(void *c) {
+    CALL(SetupExperiment)(c, fmi2False, 0.0, 0.0, fmi2False, 0.0);
+    return CALL(EnterInitializationMode)(c);
+}
+
+static Status set(void *c, int first, size_t count, const double values[]) {
+    return CALL(SetReal)(c, references + first, count, values);
+}
+
+static Status get(void *c, int first, size_t count, double values[]) {
+    return CALL(GetReal)(c, references + first, count, values);
+}
+
+static Status set_flag(void *c, int reference, int value) {
+    return CALL(SetBoolean)(c, references + reference, 1, &value);
+}
+
+static Status set_slopes(void *c, const double slopes[2]) {
+    static const int orders[] = {1, 2};
+    static const unsigned both[] = {PHI, PHI};
+    return CALL(SetRealInputDerivatives)(c, both, 2, orders, slopes);
+}
+
+static Status get_slopes(void *c, const unsigned of[], size_t count, const int orders[],
+                         double values[]) {
+    return CALL(GetRealOutputDerivatives)(c, of, count, orders, values);
+}
+
+static Status get_sensitivity(void *c, double values[ANGLE_OUTPUTS]) {
+    const double one = 1.0;
+    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, ANGLE_OUTPUTS,
+                                          references + PHI, 1, &one, values);
+}
+
+static Status step(void *c, double time, double h) { return CALL(DoStep)(c, time, h, fmi2True); }
+
+#endif
+
+/* ---- the same numbers everywhere ---------------------------------------------------------- */
 
 /* From -1 up to 1, in steps of 2^-31. */
 static double draw(void) {
+    static uint64_t seed = 65;
     seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (double)(uint32_t)(seed >> 32) / 2147483648.0 - 1.0;
 }
 
-static void show(const char *what, fmi2Status status, const double values[], int count) {
+static void show(const char *what, Status status, const double values[], int count) {
     printf("%s %d", what, (int)status);
     for (int i = 0; i < count; ++i) {
         uint64_t bits;
@@ -75,117 +185,98 @@ static void show(const char *what, fmi2Status status, const double values[], int
     printf("\n");
 }
 
-static void print_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                          fmi2String category, fmi2String message, ...) {
-    (void)environment;
-    printf("message %s %d %s %s\n", name, (int)status, category, message);
-}
+/* ---- calls -------------------------------------------------------------------------------- */
 
-/* ---- calls ---------------------------------------------------------------------------------- */
-
-static fmi2ValueReference references[AT_STEP_END + 1];
-
-static void show_outputs(fmi2Component c) {
+static void show_outputs(void *c) {
     double values[OUTPUTS] = {0};
-    fmi2Status status = GetReal(c, references + FIRST_OUTPUT, OUTPUTS, values);
+    Status status = get(c, FIRST_OUTPUT, OUTPUTS, values);
     show("outputs", status, values, OUTPUTS);
 }
 
-static void show_derivatives(fmi2Component c) {
-    static const fmi2Integer orders[] = {1, 1, 2, 2, 1};
-    static const fmi2ValueReference of[] = {8, 9, 8, 9, 21};
-    const double one = 1.0;
-    double values[10] = {0}, by_angle[10] = {0};
-    fmi2Status status = GetRealOutputDerivatives(c, of, 5, orders, values);
-    show("output derivatives", status, values, 5);
-    status = GetDirectionalDerivative(c, references + FIRST_OUTPUT, 7, references + FIRST_INPUT, 1,
-                                      &one, by_angle);
-    show("directional derivatives", status, by_angle, 7);
+static void show_derivatives(void *c) {
+    static const int orders[] = {1, 1, 2, 2, 1};
+    static const unsigned of[] = {8, 9, 8, 9, 21};
+    double values[5] = {0}, by_angle[ANGLE_OUTPUTS] = {0};
+    Status status = get_slopes(c, of, 5, orders, values);
+    show("derivatives", status, values, 5);
+    status = get_sensitivity(c, by_angle);
+    show("by angle", status, by_angle, ANGLE_OUTPUTS);
 }
 
-static void show_state(fmi2Component c) {
-    fmi2FMUstate state = NULL;
+static void show_state(void *c) {
+    State state = NULL;
     size_t size = 0;
-    GetFMUstate(c, &state);
-    SerializedFMUstateSize(c, state, &size);
+    CALL_STATE(Get)(c, &state);
+#if FMI == 3
+    CALL(SerializedFMUStateSize)(c, state, &size);
+#else
+    CALL(SerializedFMUstateSize)(c, state, &size);
+#endif
     unsigned char *bytes = calloc(size, 1);
-    fmi2Status status = SerializeFMUstate(c, state, (fmi2Byte *)bytes, size);
-    printf("state %d %lu ", (int)status, (unsigned long)size);
+    Status status = CALL_STATE(Serialize)(c, state, (void *)bytes, size);
+    printf("state %d ", (int)status);
     for (size_t i = 0; i < size; ++i)
         printf("%02x", bytes[i]);
     printf("\n");
     free(bytes);
-    FreeFMUstate(c, &state);
+    CALL_STATE(Free)(c, &state);
 }
 
-/* One geometry along one motion; `way` says what of the crank is given. */
-static void play(fmi2Component c, int geometry) {
-    int way = geometry % 4;
-    fmi2Boolean at_step_end = geometry % 5 == 4;
+/* One geometry along one motion, until a pose cannot be reached. */
+static void play(void *c, int geometry) {
+    int given = geometry % 4; /* angle; and speed; and acceleration; the latter as derivatives */
     double h = 1.0 / (1 << (4 + geometry % 8)), speed = 5.0 + 3.0 * draw(), phi = 100.0 * draw();
-    double parameters[PARAMETERS] = {0}, values[INPUTS];
-    Reset(c);
-    SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0);
-    show("enter", EnterInitializationMode(c), NULL, 0);
-    show("parameters", GetReal(c, references + FIRST_PARAMETER, PARAMETERS, parameters), parameters,
-         PARAMETERS);
+    double parameters[PARAMETERS] = {0};
+    CALL(Reset)(c);
+    show("enter", enter(c), NULL, 0);
+    show("nominal", get(c, FIRST_PARAMETER, PARAMETERS, parameters), parameters, PARAMETERS);
     for (int i = 0; i < PARAMETERS;
          ++i) /* the later ones so far off that some poses cannot close */
         parameters[i] *= 1.0 + geometry * 0.006 * draw();
-    show("parameters", SetReal(c, references + FIRST_PARAMETER, PARAMETERS, parameters), parameters,
-         PARAMETERS);
-    SetBoolean(c, references + AT_STEP_END, 1, &at_step_end);
-    for (int step = -1; step < STEPS; ++step) {
+    show("changed", set(c, FIRST_PARAMETER, PARAMETERS, parameters), parameters, PARAMETERS);
+    show("at step end", set_flag(c, AT_STEP_END, geometry % 5 == 4), NULL, 0);
+    for (int i = -1; i < STEPS; ++i) {
         double w = speed * (1.0 + 0.3 * draw()), a = 20.0 * draw();
-        const double given[INPUTS] = {phi,      way > 0 ? w : 0.0, way > 1 ? a : 0.0,
-                                      0.06 * w, 30.0 * draw(),     100.0 * draw()};
-        memcpy(values, given, sizeof values);
-        if (SetReal(c, references + FIRST_INPUT, INPUTS, values) > fmi2Warning)
-            printf("inputs refused\n");
-        if (step < 0) {
-            show_outputs(c);
-            show("leave", ExitInitializationMode(c), NULL, 0);
-            continue;
-        }
-        if (way == 3) {
-            static const fmi2Integer orders[] = {1, 2};
-            static const fmi2ValueReference both[] = {FIRST_INPUT, FIRST_INPUT};
-            const double slopes[] = {w, a};
-            SetRealInputDerivatives(c, both, 2, orders, slopes);
-        }
-        fmi2Status status = DoStep(c, step * h, h, fmi2True);
-        show("step", status, values, INPUTS);
-        if (status > fmi2Warning)
+        const double inputs[INPUTS] = {phi,
+                                       given == 1 || given == 2 ? w : 0.0,
+                                       given == 2 ? a : 0.0,
+                                       0.06 * w,
+                                       30.0 * draw(),
+                                       100.0 * draw()};
+        const double slopes[] = {w, a};
+        show("inputs", set(c, PHI, INPUTS, inputs), inputs, INPUTS);
+        Status status;
+        if (given == 3 && i >= 0)
+            show("slopes", set_slopes(c, slopes), NULL, 0);
+        status = i < 0 ? CALL(ExitInitializationMode)(c) : step(c, i * h, h);
+        show("step", status, NULL, 0);
+        if ((int)status >= DISCARD)
             return;
         show_outputs(c);
-        if (step % 10 == 0)
+        if (i % 10 == 0)
             show_derivatives(c);
-        if (step % 50 == 0)
+        if (i % 50 == 0)
             show_state(c);
-        phi += w * h;
+        phi += i < 0 ? 0.0 : w * h;
     }
 }
 
 int main(int count, char *arguments[]) {
-    static const fmi2CallbackFunctions callbacks = {print_message, calloc, free, NULL, NULL};
     if (count != 3)
         return 2;
-    void *library = load(arguments[1]);
+    library = load(arguments[1]);
     if (library == NULL) {
         fprintf(stderr, "%s does not load\n", arguments[1]);
         return 1;
     }
-#define NEED(name) need(library, "fmi2" #name, &name);
-    FUNCTIONS(NEED)
-    for (fmi2ValueReference i = 0; i <= AT_STEP_END; ++i)
+    for (unsigned i = 0; i < REFERENCES; ++i)
         references[i] = i;
-    fmi2Component c =
-        Instantiate("bits", fmi2CoSimulation, arguments[2], "", &callbacks, fmi2False, fmi2True);
+    void *c = new_instance(arguments[2]);
     if (c == NULL)
         return 1;
     for (int geometry = 0; geometry < GEOMETRIES; ++geometry)
         play(c, geometry);
-    FreeInstance(c);
+    CALL(FreeInstance)(c);
     printf("done\n");
     return 0;
 }

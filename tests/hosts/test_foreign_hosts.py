@@ -1,4 +1,4 @@
-"""The FMUs in hosts that others wrote, where these are installed (`make host-packages`); and the judge of the values.
+"""The FMUs in hosts that others wrote, where these are installed; and the judge of the values.
 
 Hosts that come from elsewhere than the Python package index are run by `make hosts` alone.
 """
