@@ -80,7 +80,9 @@ def answers(version: int, library: Path, target: Platform, folder: Path) -> list
     """The lines that the C host prints for this binary of FMI 2 or 3; raises CannotRun, and RuntimeError where it fails."""
     command = runner(target)
     program = folder / f"platform_bits{version}-{target.name}{'.exe' if target.suffix == '.dll' else ''}"
-    compile_program((SOURCE,), program, target, f"-DFMI={version}", *(() if target.suffix == ".dll" else ("-ldl",)))
+    # -s as the FMU has it: else zig builds the C library of Windows a second time, over a minute where its cache is cold
+    options = (f"-DFMI={version}", "-s", *(() if target.suffix == ".dll" else ("-ldl",)))
+    compile_program((SOURCE,), program, target, *options)
     WINE_PREFIX.parent.mkdir(parents=True, exist_ok=True)
     command += [str(program), str(library), load_interface().token]
     wine = {"WINEPREFIX": str(WINE_PREFIX), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}

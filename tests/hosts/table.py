@@ -61,9 +61,13 @@ class Run:
 
     @property
     def remarks(self) -> list[str]:
+        """What was seen, once where several drives show the same, and what is known of the host."""
+        seen: dict[str, list[str]] = {}
+        for drive, text in self.wrong.items():
+            seen.setdefault(text, []).append(drive)
+        known = f" ({DEFECT}: {self.defect})" if self.defect else ""
         who = f"{self.host.NAME}, FMI {self.edition} {self.interface}"
-        lines = [f"{who}, {drive}: {text}" for drive, text in self.wrong.items()]
-        return lines + [f"{who}: {self.defect}"] * bool(self.defect)
+        return [f"{who}, {' and '.join(drives)}: {text}{known}" for text, drives in seen.items()]
 
     def error(self, drive: str) -> Errors | None:
         return self.judgements[drive].errors if drive in self.judgements else None
@@ -201,7 +205,7 @@ def show(console: Console, runs: list[Run], checks: list[Check], skipped: dict[s
         if rows:
             console.print(table)
     for text in (explanation(), *notes(runs, checks, skipped)):
-        console.print(text, highlight=False, markup=False)
+        console.print(text, highlight=False, markup=False, soft_wrap=not console.is_terminal)
 
 
 def write(runs: list[Run], checks: list[Check], skipped: dict[str, str], folder: Path) -> None:
@@ -209,7 +213,7 @@ def write(runs: list[Run], checks: list[Check], skipped: dict[str, str], folder:
     text = [
         "# The FMUs in hosts that others wrote", explanation(), markdown_table(HEADINGS, [r.cells() for r in runs]),
         markdown_table(CHECK_HEADINGS, [c.cells() for c in checks]),
-        *(f"- {note}" for note in notes(runs, checks, skipped)),
+        "\n".join(f"- {note}" for note in notes(runs, checks, skipped)),
     ]  # fmt: skip
     (folder / "hosts.md").write_text("\n\n".join(part.rstrip() for part in text) + "\n", encoding="utf-8")
     headings = ("host", "package", "version", "fmi", "interface", "inputs", "drive", "position_mm", "velocity_mm_s",

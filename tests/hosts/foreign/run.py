@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tests.hosts.drives import DRIVES, Drive
-from tests.hosts.foreign import Task, load
+from tests.hosts.foreign import HostError, Task, load
 
 
 def main(verb: str, result: str, name: str, fmu: str, *which: str) -> int:
@@ -41,6 +41,8 @@ def timed(work: Callable[[], list]) -> dict:
     begin = time.perf_counter()
     try:
         answer = {"found": work()}
+    except HostError as problem:
+        answer = {"failed": str(problem)}
     except Exception as problem:  # whatever a foreign host raises
         answer = {"failed": f"{type(problem).__name__}: {problem}"}
     return {"seconds": time.perf_counter() - begin, **answer}
