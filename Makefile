@@ -38,7 +38,7 @@ hosts: build   ## run the FMUs in hosts and checkers that others wrote, and on o
 	$(BIN)/python -m tests.hosts.foreign_platforms
 
 # The environment: locked packages with hashes, then this project in place.
-$(VENV)/ready: requirements.lock pyproject.toml
+$(VENV)/ready: requirements.lock pyproject.toml hatch_build.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed; set PYTHON=")'
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
@@ -59,7 +59,7 @@ COMPILE := pip compile --quiet --universal --python-version 3.10 --generate-hash
 lock:   ## resolve the dependencies anew into requirements.lock and requirements-bench.lock
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install --quiet uv
-	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group dev --output-file requirements.lock pyproject.toml
+	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --extra build --group dev --output-file requirements.lock pyproject.toml
 	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group bench --constraint requirements.lock --output-file requirements-bench.lock
 	rm -rf $(VENV)-lock
 

@@ -18,6 +18,7 @@ from .compiler import PLATFORMS, CompileError, host_platform
 from .documentation import DocumentationError
 from .generate import generate
 from .model_description import ModelDescriptionError
+from .version import missing_packages
 
 console = Console()
 
@@ -64,8 +65,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     try:
         return chosen.run(chosen)
-    except (InterfaceError, ModelDescriptionError, DocumentationError, CompileError, TwinError, UnreadableFmu,
-            OSError) as problem:  # fmt: skip
+    except REFUSALS as problem:
         print(f"linkage-fmu: {problem}", file=sys.stderr)
         return 1
 
@@ -74,7 +74,19 @@ class UnreadableFmu(ValueError):
     """A file that is no FMU, or whose description cannot be read."""
 
 
+class MissingPackages(RuntimeError):
+    """What the extra [build] installs is not there; the message says how to install it."""
+
+
+REFUSALS = (
+    InterfaceError, ModelDescriptionError, DocumentationError, CompileError, TwinError, UnreadableFmu, MissingPackages,
+    OSError,
+)  # fmt: skip
+
+
 def run_build(chosen: argparse.Namespace) -> int:
+    if missing := missing_packages("build"):
+        raise MissingPackages(f"build needs {' and '.join(missing)}: pip install {' '.join(missing)}")
     names = chosen.platform or []
     platforms = list(PLATFORMS.values()) if "all" in names else [PLATFORMS[name] for name in names]
     platforms = platforms or [host_platform()]

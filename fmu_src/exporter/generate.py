@@ -29,6 +29,10 @@ def generated_files(interface: Interface) -> dict[Path, str | bytes]:
 
 def generate(interface: Interface, write: bool) -> list[Path]:
     """The files that are, or with `write` were, stale."""
+    if not README.exists():
+        raise FileNotFoundError(
+            f"{README} is missing: generate is for the project's sources, not for an installed wheel"
+        )
     stale = []
     for path, content in generated_files(interface).items():
         if not _is_current(path, content):
