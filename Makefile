@@ -5,7 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
 .DEFAULT_GOAL := help
-.PHONY: help run cycle test build bench soak hosts figure lock clean
+.PHONY: help run cycle test build dist bench soak hosts figure lock clean
 
 help:   ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -23,6 +23,12 @@ build: $(VENV)/ready   ## build the FMUs into build/
 	$(BIN)/linkage-fmu build
 	$(BIN)/python -m scenarios.partners.build
 	$(BIN)/python -m scenarios.ssp
+
+dist: $(VENV)/ready   ## make the wheel and the FMUs for every platform in build/dist/, with checksums
+	rm -rf build/dist
+	$(BIN)/linkage-fmu build --platform all --output build/dist
+	$(BIN)/linkage-fmu validate build/dist/fmi2/TransplanterLinkage.fmu build/dist/fmi3/TransplanterLinkage.fmu
+	$(BIN)/python -m fmu_src.exporter.dist build/dist
 
 bench: build $(VENV)/ready-bench   ## measure what a step costs, speed against error beside other packages, and the hard cases
 	$(BIN)/python -m tests.hosts.step_cost
