@@ -187,6 +187,9 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
     Samples zeros;
     if (!is_first && source != before->source) {
         zeros = zeros_so_far(older, change, input->w, times->gap[0]);
+        /* a crank that still stood may have been given the acceleration it started with */
+        if (source == SOURCE_ACCELERATION)
+            zeros.newest = before->end.a;
         older = &zeros;
     }
     after->phi = input->phi;

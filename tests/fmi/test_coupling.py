@@ -248,6 +248,24 @@ def test_acceleration_zero_is_an_acceleration_once_it_was_given(new):
     assert worst[0] <= 1e-15 and worst[1] <= 1e-14 and worst[2] <= 1e-12
 
 
+@pytest.mark.parametrize("standing", [0, 1, 5])
+@pytest.mark.parametrize("at_end", [False, True])
+def test_the_acceleration_of_a_crank_that_starts_from_rest_is_a_sample(new, at_end, standing):
+    """The speed it starts with is 0, as if it were not connected; the acceleration given with it counts all the same.
+
+    `standing`: steps before the start.
+    """
+    start = standing * 2.0**-7
+    starting = Rotation(
+        phi=lambda t: 10 * max(t - start, 0.0) ** 2,
+        w=lambda t: 20 * max(t - start, 0.0),
+        a=lambda t: 20.0 if t >= start else 0.0,
+    )
+    times = evenly(2.0**-7, 0.125)
+    worst = errors(new(), starting, times, angle_speed_acceleration, given_at_end=at_end)[standing:].max(axis=0)
+    assert worst[0] <= 1e-15 and worst[1] <= 1e-14 and worst[2] <= 1e-12
+
+
 def test_speed_that_comes_later_takes_over(new):
     """crank.w counts from the moment that it is not 0; its first sample brings order 2 at least."""
     found = []
