@@ -43,7 +43,7 @@ void travel_advance(const Travel *before, double gap, double v, const InputDeriv
         .slope = to_sample,
         .samples = before->samples > 0 ? 2 : 1,
         .stands_still =
-            before->samples > 0 && v == 0.0 && slope == 0.0 && curvature == 0.0 && to_sample == 0.0,
+            !is_known && before->samples > 0 && v == 0.0 && slope == 0.0 && to_sample == 0.0,
         .sum = sum,
         .sum_low = sum_low,
         .ahead = ahead,

@@ -99,6 +99,16 @@ def test_what_was_predicted_too_far_is_taken_back(new):
     assert instance.get("machine.s") == [trapezoids]
 
 
+def test_a_machine_that_stood_by_its_derivatives(new):
+    """They say that it stands during one step only: later a sample of another speed tells of a change, as ever."""
+    instance, step = new().initialize(), 0.125
+    for i in range(2):
+        instance.set_derivatives({("machine.v", 1): 0.0}).step(i * step, step, {"machine.v": 0.0})
+    for i, v in enumerate([0.0, 1.0, 1.0], start=2):
+        instance.step(i * step, step, {"machine.v": v})
+    assert instance.get("machine.s") == [2.5 * step]
+
+
 def test_the_machine_may_go_backward(new):
     instance = new().initialize()
     for i in range(8):
