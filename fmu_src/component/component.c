@@ -442,12 +442,12 @@ ComponentStatus component_get_adjoint_derivative(Component *c, const uint32_t un
 static const double JERK_SCALE = 1e180; /* leaves 1e128 */
 static const double GREATEST_FORCE = 1e120;
 
-/* Inlined, so that each step pays two comparisons: a sum is not finite where one of its terms is
+/* Inlined, so that each step pays three comparisons: a sum is not finite where one of its terms is
  * not. */
 static inline bool motion_is_bounded(const ComponentProgress *progress) {
     CrankMotion crank = progress->crank.end;
     MachineMotion machine = progress->travel.end;
-    return fabs(crank.w) + fabs(crank.a) <= GREATEST_VALUE
+    return fabs(crank.w) <= GREATEST_VALUE && fabs(crank.a) <= GREATEST_VALUE
            && is_finite((crank.phi + machine.s) + (machine.v + JERK_SCALE * crank.jerk));
 }
 

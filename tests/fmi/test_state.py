@@ -85,6 +85,14 @@ def test_start_values_are_part_of_the_state(new):
     assert other.get("machine.s") == [4.0 + 0.125 / 2]
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_greatest_inputs_are_part_of_the_state(new, sign, fmu):
+    """All that may be set may be saved, sent and restored."""
+    instance, other = new().setup().enter(), new()
+    instance.set({name: sign * 1e60 for name in fmu.names("input")} | {"machine.s": -sign * 1e60})
+    assert bits(other.deserialize(instance.serialize()).outputs()) == bits(instance.outputs())
+
+
 def test_what_is_read_right_after_restoring_is_of_the_state(new):
     """Not of the pose that the instance happened to be in; also in another geometry."""
     instance, other = begin(new()), new().initialize({"geometry.L1": 0.052, "crank.phi": 2.0})
