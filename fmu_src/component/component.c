@@ -65,6 +65,17 @@ static void set_force(const Component *c, double ahead, ComponentProgress *progr
     }
 }
 
+/* From the motions as they are at the start. */
+static void start_histories(ComponentProgress *progress, const CrankInput *input) {
+    travel_start(&progress->travel, progress->travel.end);
+    progress->crank = (Crank){.end = progress->crank.end};
+    if (input->at_step_end) {
+        /* the first step brings the samples of its end, so these count */
+        crank_start(&progress->crank, input);
+        progress->travel.samples = 1;
+    }
+}
+
 /* The motions at the instant of the inputs: before the first step and in Model Exchange, the inputs
  * as they are. After a step, the rates that the host does not give stay as predicted, and so does
  * the travel, which is a state. */
@@ -97,6 +108,8 @@ static void follow_inputs(Component *c) {
     }
     progress->crank.end = crank;
     progress->travel.end = machine;
+    if (!has_stepped(c) && c->settings.mode == MODE_EVENT)
+        start_histories(progress, &input);
     set_force(c, 0.0, progress);
     c->shown = progress;
     c->pose.order = -1;
@@ -136,14 +149,7 @@ ComponentStatus component_exit_initialization(Component *c, ComponentMode next) 
     if (outputs_solve(c, 0) != COMPONENT_OK)
         return COMPONENT_ERROR;
     CrankInput input = crank_input(c);
-    ComponentProgress *progress = component_present(c);
-    travel_start(&progress->travel, c->settings.real[VARIABLE_MACHINE_S],
-                 c->settings.real[VARIABLE_MACHINE_V]);
-    if (input.at_step_end) {
-        /* the first step brings the samples of its end, so these count */
-        crank_start(&progress->crank, &input);
-        progress->travel.samples = 1;
-    }
+    start_histories(component_present(c), &input);
     c->settings.mode = next;
     return COMPONENT_OK;
 }

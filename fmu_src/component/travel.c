@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-void travel_start(Travel *travel, double s, double v) {
-    *travel = (Travel){.end = {s, v, 0.0, 0.0}, .v = v, .sum = s};
+void travel_start(Travel *travel, MachineMotion now) {
+    *travel = (Travel){.end = now, .v = now.v, .sum = now.s};
 }
 
 void travel_advance(const Travel *before, double gap, double v, const InputDerivatives *derivatives,

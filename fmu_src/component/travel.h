@@ -33,8 +33,8 @@ typedef struct {
     int64_t ahead_is_known;    /* it came from input derivatives: keep it */
 } Travel;
 
-/* Distance `s`, speed v, no sample yet. */
-INTERNAL void travel_start(Travel *travel, double s, double v);
+/* Here and at this speed; no sample yet. */
+INTERNAL void travel_start(Travel *travel, MachineMotion now);
 
 /* Takes the speed's sample of a step of h > 0 seconds, `gap` seconds after the last one if there
  * is one, and travels from before to its end. */

@@ -100,6 +100,21 @@ def test_event_mode_begins_at_the_start_and_goes_on(new):
     assert bits(instance.to("Step").outputs()) == bits(fresh.outputs())
 
 
+def test_inputs_of_the_first_event_mode_are_the_first_samples(new):
+    """As those of initialization mode, where the inputs before a step belong to its end."""
+    start = {"crank.phi": 1.0, "machine.v": 0.4}
+    for smoothing, rates in ((0.0, {}), (0.02, {}), (0.0, {"crank.w": 7.0})):
+        parameters = {"crank.at_step_end": True, "crank.smoothing": smoothing}
+        late = new(event_mode=True).initialize(parameters).set({"crank.phi": 0.2, "crank.w": 0.0})
+        early = new(event_mode=True).initialize(parameters | start | rates)
+        for instance in (late.set(start | rates), early):
+            instance.to("Step")
+            for i in range(5):
+                instance.step(i * 1e-3, 1e-3, {"crank.phi": 1.0 + 7e-3 * (i + 1)})
+        assert bits(late.outputs()) == bits(early.outputs())
+        assert late.get("machine.s") == pytest.approx([0.4 * 5e-3], abs=1e-15)
+
+
 def test_event_mode_changes_nothing_by_itself(new):
     """Entered and left: outputs and steps to the bit as if it had not been."""
     one, other = stepped(new(event_mode=True)), stepped(new(event_mode=True))
