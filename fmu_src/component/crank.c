@@ -37,6 +37,10 @@ static CrankSource best_source(const Crank *before, const CrankInput *input) {
     return is_given(input->a, input, &input->a_derivatives) ? SOURCE_ACCELERATION : SOURCE_SPEED;
 }
 
+/* Of the polynomial through its samples: four angles, three speeds or two accelerations reach
+ * order 4. */
+static int degree_of(CrankSource source) { return 3 - (int)source; }
+
 static double source_value(CrankSource source, const CrankInput *input) {
     switch (source) {
     case SOURCE_ANGLE: return input->phi;
@@ -63,8 +67,7 @@ static Samples zeros_so_far(const Samples *below, double change, double w, doubl
     return (Samples){.count = was_given ? below->count : 0};
 }
 
-/* Adds the newest sample to the older ones; returns what continues them. Four angles, three
- * speeds or two accelerations reach order 4. */
+/* Adds the newest sample to the older ones; returns what continues them. */
 static Derivatives add_sample(Samples *samples, const Samples *older, CrankSource source,
                               const SampleTimes *times, const CrankInput *input,
                               double phi_change) {
@@ -120,7 +123,7 @@ static double fade_time(const CrankInput *input) { return fmax(0.25 * input->smo
  * one without smoothing. */
 static COMPONENT_RARELY void add_to_fit(Fit *fit, CrankSource source, double gap, double change,
                                         const CrankInput *input) {
-    fit_add(fit, gap / fade_time(input), change, 3 - (int)source);
+    fit_add(fit, gap / fade_time(input), change, degree_of(source));
 }
 
 /* What continues the fit: its motion at the newest sample instead of the trend of the samples. */
@@ -147,7 +150,7 @@ CrankMotion crank_motion_of(const CrankInput *input) {
 }
 
 void crank_drop_sample(Crank *crank, const SampleTimes *times) {
-    double step = samples_drop(&crank->samples, times);
+    double step = samples_drop(&crank->samples, times, degree_of((CrankSource)crank->source));
     if (crank->source == SOURCE_ANGLE)
         crank->phi -= step;
 }

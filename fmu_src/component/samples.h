@@ -99,13 +99,15 @@ static inline void samples_add(Samples *samples, const Samples *older, const Sam
     *samples = (Samples){value, first, second, third, count};
 }
 
-/* Takes the newest sample away, leaving the polynomial through the others; returns by how much
- * it lay above the one before it. */
-static inline double samples_drop(Samples *samples, const SampleTimes *times) {
+/* Takes the newest sample away, leaving the differences of the others; returns by how much it lay
+ * above the one before it. Where there were samples for the whole degree, the highest difference
+ * stays: it is not added to, but still tells how slopes are expected to change. */
+static inline double samples_drop(Samples *samples, const SampleTimes *times, int degree) {
     double one = times->gap[0], two = one + times->gap[1], three = two + times->gap[2];
     double step = samples->first * one;
     *samples = (Samples){samples->newest - step, samples->first - samples->second * two,
-                         samples->second - samples->third * three, 0.0, samples->count - 1};
+                         samples->second - samples->third * three, samples->third,
+                         samples->count > degree ? samples->count : samples->count - 1};
     return step;
 }
 
