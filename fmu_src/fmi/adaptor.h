@@ -6,6 +6,7 @@
  *   Host            what the host gave with the instance
  *   TOKEN_NAME      what the version calls the token
  *   MESSAGE_ESCAPE  the character that the version's messages have to double
+ *   CATEGORIES_ADD_UP  whether choosing log categories leaves those not named as they were
  *   host_log, host_allocate, host_release
  *                   how to use it; a host without a logger is host_log's affair */
 #ifndef ADAPTOR_H
@@ -198,7 +199,9 @@ static inline void free_instance(void *c, const char *function) {
         host_release(&instance->host, instance);
 }
 
-/* The categories choose what is told besides errors. */
+/* The categories choose what is told besides errors: those named and no others (FMI 2.0.4, section
+ * 2.1.5), or where CATEGORIES_ADD_UP those named, the others staying as they were (FMI 3.0, section
+ * 2.3.1). */
 static inline FMI(Status) set_logging(void *c, bool logging, size_t count,
                                       const char *const categories[], const char *function) {
     static const char *const known[] = {INTERFACE_LOG_CATEGORIES};
@@ -218,8 +221,10 @@ static inline FMI(Status) set_logging(void *c, bool logging, size_t count,
         events = events || is_all || strcmp(category, category_of(FMI(OK))) == 0;
         discards = discards || is_all || strcmp(category, category_of(FMI(Discard))) == 0;
     }
-    instance->logs_events = logging && events;
-    instance->logs_discards = logging && discards;
+    if (events || !CATEGORIES_ADD_UP)
+        instance->logs_events = logging && events;
+    if (discards || !CATEGORIES_ADD_UP)
+        instance->logs_discards = logging && discards;
     return FMI(OK);
 }
 

@@ -25,6 +25,7 @@ static void host_log(const Host *host, const char *name, fmi2Status status, cons
 #define FMI(name) fmi2##name
 #define TOKEN_NAME "GUID"
 #define MESSAGE_ESCAPE '%'
+#define CATEGORIES_ADD_UP false
 #include "adaptor.h"
 
 #define FOR_SETTING (IN_INSTANTIATED | IN_INITIALIZATION | IN_EVENT | IN_CONTINUOUS_TIME | IN_STEP)

@@ -35,6 +35,7 @@ static void host_log(const Host *host, const char *name, fmi3Status status, cons
 #define FMI(name) fmi3##name
 #define TOKEN_NAME "instantiation token"
 #define MESSAGE_ESCAPE '#'
+#define CATEGORIES_ADD_UP true
 #include "adaptor.h"
 
 #define FOR_SETTING                                                                                \
