@@ -140,7 +140,7 @@ INTERNAL ComponentStatus component_set_input_derivatives(Component *component,
                                                          const uint32_t reference[], size_t count,
                                                          const int32_t order[],
                                                          const double value[]);
-/* Time derivatives of outputs, orders 1 and 2, at the end of the last step. */
+/* Time derivatives of outputs, orders 1 and 2, at the instant that the outputs belong to. */
 INTERNAL ComponentStatus component_get_output_derivatives(Component *component,
                                                           const uint32_t reference[], size_t count,
                                                           const int32_t order[], double value[]);

@@ -10,7 +10,8 @@
  *                              three crank.w; a missing crank.w, from the angles;
  *   3. the angle alone:        the cubic through the last four angles (fewer at the start).
  *
- * Angle error after a step of h: order 2 with one input derivative, 3 with two, 4 otherwise.
+ * Angle error after a step of h: order 2 with one input derivative of the angle, 3 with two or with
+ * one of the speed, 4 otherwise.
  *
  * With crank.smoothing, polynomials of the same degrees are fitted to the samples of that time
  * instead, and the angle (speed, acceleration) itself is the fitted one. */

@@ -347,6 +347,14 @@ def test_before_the_first_step_outputs_follow_the_inputs(new, fmu):
     assert instance.set(inputs).outputs() == expected
 
 
+def test_input_derivatives_count_before_the_first_step(new):
+    """The end of initialization changes nothing of what was told."""
+    instance = new().setup().enter().set({"machine.v": 0.5})
+    instance.set_derivatives({("machine.v", 1): 3.0, ("machine.v", 2): 2.0}).exit()
+    assert instance.get("ground.vx", "ground.ax") == [0.5, 3.0]
+    assert instance.get_derivatives(("machine.s", 2), ("ground.vx", 2)) == [3.0, 2.0]
+
+
 def test_after_a_step_outputs_keep_until_the_next(new):
     instance = new().initialize().step(0.0, 1e-3, {"crank.phi": 0.5, "crank.w": 2.0})
     before = instance.outputs()
