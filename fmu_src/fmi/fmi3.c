@@ -636,7 +636,10 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
         if (status == COMPONENT_OK) {
             double wanted = update(self, MODE_UPDATE_AT_START, time, time + step);
             is_early = wanted < time + step;
-            step = is_early ? wanted - time : step;
+            if (is_early) { /* the host's time may be off by more than so short a step tolerates */
+                time = component->settings.real[VARIABLE_TIME];
+                step = wanted - time;
+            }
         }
         if (is_early && !(step > 0.0)) { /* no step at all */
             *earlyReturn = fmi3True;

@@ -299,6 +299,16 @@ def test_no_early_return_where_the_host_cannot(new):
     assert instance.do_step(0.0, 0.25) == (OK, False, False, False, 0.25)
 
 
+def test_early_return_after_next_to_nothing(new):
+    """A host's clock that is off by less than the step tolerates is no error where the step then ends early."""
+    wanted = 1e-3 + 1e-9
+    instance = new(
+        early_return=True, intermediate=lambda self, time, *flags: wanted if time > 0.9e-3 and flags[-1] else None
+    ).initialize()
+    instance.step(0.0, 1e-3)
+    assert instance.do_step(1e-3 + 4e-10, 1e-3) == (OK, False, False, True, wanted)
+
+
 def test_early_return_at_a_time_that_is_none(new):
     instance = new(early_return=True, intermediate=lambda *_: math.nan).initialize(INPUTS)
     assert instance.do_step(0.0, 0.25) == (OK, False, False, False, 0.25)
