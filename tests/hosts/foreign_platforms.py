@@ -87,15 +87,14 @@ def answers(version: int, library: Path, target: Platform, folder: Path) -> list
     command += [str(program), str(library), load_interface().token]
     wine = {"WINEPREFIX": str(WINE_PREFIX), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
     environment = {**os.environ, **wine}
-    said = folder / f"{program.stem}.txt"  # not a pipe: wine's server holds that open for seconds after the program
-    with said.open("w+", encoding="utf-8", errors="replace") as file:
-        done = subprocess.run(
-            command, stdout=file, stderr=subprocess.STDOUT, timeout=TIME_LIMIT, env=environment, cwd=folder, check=False
-        )
-        file.seek(0)
-        lines = file.read().splitlines()
+    # files, not pipes: wine's server holds these open for seconds after the program
+    told, complaints = (folder / f"{program.stem}.{kind}.txt" for kind in ("answers", "errors"))
+    with told.open("wb") as out, complaints.open("wb") as err:
+        done = subprocess.run(command, stdout=out, stderr=err, timeout=TIME_LIMIT, env=environment, cwd=folder)
+    lines = told.read_text(errors="replace").splitlines()
     if done.returncode != 0 or lines[-1:] != ["done"]:
-        raise RuntimeError(f"{target.name}: ended with {done.returncode}: {' '.join(lines[-3:])}")
+        said = complaints.read_text(errors="replace").strip() or " ".join(lines[-1:])
+        raise RuntimeError(f"{target.name}: ended with {done.returncode}: {said[-500:]}")
     return lines
 
 
