@@ -140,7 +140,7 @@ def _readme() -> str:
     """README.md; of an installed distribution, the copy in its description."""
     if README.is_file():
         return README.read_text(encoding="utf-8")
-    return str(metadata.metadata(DISTRIBUTION).get_payload())
+    return metadata.metadata(DISTRIBUTION)["Description"] or ""
 
 
 def _section(name: str, text: str) -> str:
