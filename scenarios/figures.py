@@ -6,7 +6,7 @@ palette (viridis), components the colour-blind-safe palette of Okabe and Ito.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -34,6 +34,18 @@ UNITS = {"mm": " mm", "deg": "°"}
 STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.grid": True, "grid.color": "#E4E4E4", "grid.linewidth": 0.6,
          "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
          "legend.frameon": False, "savefig.dpi": DPI}
+
+
+def save_all(output: Path, figures: Mapping[str, Callable[[], Figure]]) -> list[Path]:
+    """Draw each figure in the house's style and write it to its name's PNG in ``output``; returns the paths."""
+    paths = []
+    with plt.rc_context(STYLE):
+        for name, draw in figures.items():
+            paths.append(output / f"{name}.png")
+            figure = draw()
+            figure.savefig(paths[-1])
+            plt.close(figure)
+    return paths
 
 
 def draw_all(output: Path, families: Sequence[FamilyRun], nominal: Turns, plants: Turns, nozzle_mm: float,

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator  # noqa: E402
 
-from scenarios.figures import BLACK, BLUE, GREEN, GREY, STYLE, VERMILLION  # noqa: E402
+from scenarios.figures import BLACK, BLUE, GREEN, GREY, VERMILLION, save_all  # noqa: E402
 from scenarios.row_run import EMPTY, MISSED, NO_SEEDLING, PLANTED, Hole, Record  # noqa: E402
 from scenarios.row_study import LINKAGE, MASTERS, STEPS_MS, Study  # noqa: E402
 
@@ -34,14 +34,7 @@ def draw_all(output: Path, record: Record, spacing: float, study: Study | None) 
                "energy": lambda: draw_energy(record)}
     if study:
         figures["errors"] = lambda: draw_errors(study)
-    paths = []
-    with plt.rc_context(STYLE):
-        for name, draw in figures.items():
-            paths.append(output / f"{name}.png")
-            figure = draw()
-            figure.savefig(paths[-1])
-            plt.close(figure)
-    return paths
+    return save_all(output, figures)
 
 
 def draw_row(record: Record, spacing: float) -> Figure:

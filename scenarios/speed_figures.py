@@ -22,7 +22,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 
 from scenarios.coupling import QUANTITIES, RUNGS, SOLVING, Coupling  # noqa: E402
 from scenarios.crank_profiles import Profile  # noqa: E402
-from scenarios.figures import STYLE  # noqa: E402
+from scenarios.figures import STYLE, save_all  # noqa: E402
 from scenarios.scene_cost import BASE, Costs, Scene  # noqa: E402
 from scenarios.smoothing import EXACT, NOISY, WINDOWS_MS, Smoothing  # noqa: E402
 
@@ -49,14 +49,7 @@ def draw_all(output: Path, coupling: Coupling, smoothing: Smoothing, profiles: S
     figures["smoothing"] = lambda: draw_smoothing(smoothing)
     if c_host is not None:
         figures["scenes"] = lambda: draw_scenes(c_host, scenes)
-    paths = []
-    with plt.rc_context(STYLE):
-        for name, draw in figures.items():
-            paths.append(output / f"{name}.png")
-            figure = draw()
-            figure.savefig(paths[-1])
-            plt.close(figure)
-    return paths
+    return save_all(output, figures)
 
 
 def _line(axes: Axes, rung: str, x: np.ndarray, errors: np.ndarray, quantity: int, label: str) -> None:
