@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any, ClassVar, Literal, overload
 
-try:
+if sys.version_info >= (3, 11):
     import tomllib
-except ModuleNotFoundError:  # Python 3.10
+else:
     import tomli as tomllib
 
 INTERFACE_FILE = Path(__file__).with_name("interface.toml")
-KINDS = ("independent", "input", "output", "parameter", "derivative")
-COMPUTED_KINDS = ("output", "derivative")
 DEPENDENCY_KINDS = ("dependent", "constant")
 
 
@@ -29,34 +30,36 @@ class InterfaceError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit with the exponents of its SI base units and the unit that hosts display."""
+    """A unit with the exponents of its SI base units and, where hosts display another, that one: (name, factor)."""
 
     name: str
     exponents: dict[str, int]
-    display_name: str | None
-    display_factor: float | None
+    display: tuple[str, float] | None
+
+    @property
+    def display_name(self) -> str | None:
+        """Name of the unit that hosts display, where it is another."""
+        return None if self.display is None else self.display[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Variable:
-    """One line of interface.toml.
+    """One line of interface.toml: what all kinds have in common.
 
-    `depends` maps the names of inputs and states to the dependency kind ("dependent" or "constant");
-    `initially` are the parameters that the initial value depends on besides; `of` is the state of a derivative.
+    `start` is there where the variable may be set; `unit` is missing for a Boolean alone.
     """
 
+    kind: ClassVar[str]
     value_reference: int
     name: str
-    kind: str
-    type: str
-    unit: Unit | None
-    start: float | bool | None
-    range: tuple[float, float] | None
-    computed_by: str | None
-    depends: dict[str, str]
-    initially: tuple[str, ...]
-    of: str | None
     text: str
+    unit: Unit | None = None
+    start: float | bool | None = None
+
+    @property
+    def type(self) -> str:
+        """The type of its values: "real" or "boolean"."""
+        return "boolean" if isinstance(self.start, bool) else "real"
 
     @property
     def is_state(self) -> bool:
@@ -69,6 +72,76 @@ class Variable:
         return re.sub(r"\W+", "_", self.name).strip("_")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Time(Variable):
+    """What all else depends on."""
+
+    kind = "independent"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Input(Variable):
+    """What a host gives at every step."""
+
+    kind = "input"
+    unit: Unit = field()
+    start: float = field()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter(Variable):
+    """What is fixed from the end of initialization on.
+
+    `range`: its least and greatest value, where not any will do; `smallest`: the least magnitude of a value but 0.
+    """
+
+    kind = "parameter"
+    start: float | bool = field()
+    range: tuple[float, float] | None = None
+    smallest: float = 0.0
+
+    def accepts(self, value: float) -> bool:
+        """Whether the range has this value."""
+        least, greatest = self.range or (value, value)
+        return least <= value <= greatest and (value == 0 or abs(value) >= self.smallest)
+
+    @property
+    def demand(self) -> str:
+        """What a value must be, in words: for messages."""
+        if self.range is None:
+            return "any number"
+        least, greatest = self.range
+        return f"0 or from {self.smallest:g} to {greatest:g}" if self.smallest else f"from {least:g} to {greatest:g}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Computed(Variable):
+    """What the component computes, by the function component_compute_<computed_by>.
+
+    `depends` maps the names of inputs and states to the dependency kind ("dependent" or "constant").
+    """
+
+    unit: Unit = field()
+    computed_by: str
+    depends: dict[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output(Computed):
+    """What a host reads; `initially` are the parameters that its initial value depends on besides."""
+
+    kind = "output"
+    initially: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Derivative(Computed):
+    """The derivative by time of the state `of`."""
+
+    kind = "derivative"
+    of: str
+
+
 @dataclass(frozen=True)
 class Model:
     """The facts about the component as a whole."""
@@ -78,6 +151,7 @@ class Model:
     turns_per_minute: float
     plant_spacing: float
     step_size: float
+    greatest_value: float
 
     @property
     def turn_time(self) -> float:
@@ -102,13 +176,27 @@ class Interface:
     def __getitem__(self, name: str) -> Variable:
         return self._by_name[name]
 
-    def of_kind(self, kind: str) -> list[Variable]:
+    @overload
+    def of_kind(self, kind: Literal["input"]) -> list[Input]: ...
+    @overload
+    def of_kind(self, kind: Literal["output"]) -> list[Output]: ...
+    @overload
+    def of_kind(self, kind: Literal["parameter"]) -> list[Parameter]: ...
+    @overload
+    def of_kind(self, kind: Literal["derivative"]) -> list[Derivative]: ...
+    def of_kind(self, kind: str) -> Any:
+        """The variables of one kind, in the order of their value references."""
         return [variable for variable in self.variables if variable.kind == kind]
 
     @property
-    def computed(self) -> list[Variable]:
+    def computed(self) -> list[Computed]:
         """Outputs, then derivatives."""
-        return [variable for kind in COMPUTED_KINDS for variable in self.of_kind(kind)]
+        return [*self.of_kind("output"), *self.of_kind("derivative")]
+
+    def limits(self, variable: Variable) -> tuple[float, float]:
+        """The least and the greatest value that a variable may be set to."""
+        has_range = isinstance(variable, Parameter) and variable.range
+        return has_range or (-self.model.greatest_value, self.model.greatest_value)
 
     @cached_property
     def _by_name(self) -> dict[str, Variable]:
@@ -118,7 +206,7 @@ class Interface:
     def geometry(self) -> dict[str, float]:
         """Start values of the geometry by symbol: `{"L1": 0.05, ...}`, the nominal set."""
         prefix = "geometry."
-        return {v.name[len(prefix):]: v.start for v in self.variables if v.name.startswith(prefix)}
+        return {v.name[len(prefix) :]: v.start for v in self.of_kind("parameter") if v.name.startswith(prefix)}
 
     @property
     def token(self) -> str:
@@ -131,10 +219,15 @@ class Interface:
         return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
 
 
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file, whatever Python this is; raises tomllib.TOMLDecodeError."""
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
 def load_interface(path: Path = INTERFACE_FILE) -> Interface:
     """Read and check interface.toml; raises InterfaceError naming the variable at fault."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = read_toml(path)
     except tomllib.TOMLDecodeError as problem:
         raise InterfaceError(f"{path.name}: {problem}") from None
     units = {name: _unit(name, dict(entry)) for name, entry in table["units"].items()}
@@ -146,42 +239,67 @@ def load_interface(path: Path = INTERFACE_FILE) -> Interface:
     return Interface(Model(**table["model"]), units, variables, table["log_categories"])
 
 
-def _unit(name: str, entry: dict) -> Unit:
-    display_name, display_factor = entry.pop("display", (None, None))
-    return Unit(name, entry, display_name, display_factor)
+def _unit(name: str, entry: dict[str, Any]) -> Unit:
+    display = entry.pop("display", None)
+    return Unit(name, entry, None if display is None else (display[0], display[1]))
 
 
-def _variable(reference: int, entry: dict, units: dict[str, Unit], sets: dict[str, list[str]]) -> Variable:
+def _variable(reference: int, entry: dict[str, Any], units: dict[str, Unit], sets: dict[str, list[str]]) -> Variable:
     name = entry.pop("name", None)
     if name is None:
         raise InterfaceError(f"{INTERFACE_FILE.name}: number {reference}: 'name' is missing")
-    try:
-        variable = Variable(
-            value_reference=reference,
-            name=name,
-            kind=entry.pop("kind"),
-            type=entry.pop("type", "real"),
-            unit=units[entry.pop("unit")] if "unit" in entry else None,
-            start=entry.pop("start", None),
-            range=_range(entry.pop("range", None)),
-            computed_by=entry.pop("computed_by", None),
-            depends={
-                known: kind or "dependent"
-                for known, _, kind in (depend.partition(":") for depend in entry.pop("depends", []))
-            },
+
+    def mistake(what: str) -> InterfaceError:
+        return InterfaceError(f"{INTERFACE_FILE.name}: {name}: {what}")
+
+    def number(key: str) -> float:
+        value = entry.pop(key)
+        if not isinstance(value, float):
+            raise mistake(f"{key} = {value!r} must be a number with a decimal point")
+        return value
+
+    def start() -> float | bool:
+        return entry.pop("start") if isinstance(entry.get("start"), bool) else number("start")
+
+    def depends() -> dict[str, str]:
+        named = (depend.partition(":") for depend in entry.pop("depends", []))
+        return {known: kind or "dependent" for known, _, kind in named}
+
+    readers: dict[str, Callable[..., Variable]] = {
+        "independent": Time,
+        "input": lambda **common: Input(**common, start=number("start")),
+        "parameter": lambda **common: Parameter(
+            **common,
+            start=start(),
+            range=_range(entry.pop("range")) if "range" in entry else None,
+            smallest=number("smallest") if "smallest" in entry else 0.0,
+        ),
+        "output": lambda **common: Output(
+            **common,
+            start=number("start") if "start" in entry else None,
+            computed_by=entry.pop("computed_by"),
+            depends=depends(),
             initially=_expand(entry.pop("initially", []), sets),
-            of=entry.pop("of", None),
-            text=entry.pop("text"),
-        )
+        ),
+        "derivative": lambda **common: Derivative(
+            **common, computed_by=entry.pop("computed_by"), depends=depends(), of=entry.pop("of")
+        ),
+    }
+    try:
+        kind = entry.pop("kind")
+        if kind not in readers:
+            raise mistake(f"kind {kind!r} is none of {', '.join(readers)}")
+        unit = units[entry.pop("unit")] if "unit" in entry else None
+        variable = readers[kind](value_reference=reference, name=name, text=entry.pop("text"), unit=unit)
     except KeyError as missing:
-        raise InterfaceError(f"{INTERFACE_FILE.name}: {name}: {missing} is missing or unknown") from None
+        raise mistake(f"{missing} is missing or unknown") from None
     if entry:
-        raise InterfaceError(f"{INTERFACE_FILE.name}: {name}: unknown keys {sorted(entry)}")
+        raise mistake(f"unknown keys {sorted(entry)}: no {kind} has them")
     return variable
 
 
-def _range(limits: list[float] | None) -> tuple[float, float] | None:
-    return None if limits is None else (limits[0], limits[1])
+def _range(limits: list[float]) -> tuple[float, float]:
+    return limits[0], limits[1]
 
 
 def _expand(names: list[str], sets: dict[str, list[str]]) -> tuple[str, ...]:
@@ -194,26 +312,35 @@ def _expand(names: list[str], sets: dict[str, list[str]]) -> tuple[str, ...]:
 def _check(variables: tuple[Variable, ...]) -> None:
     by_name = {variable.name: variable for variable in variables}
     for v in variables:
-        problems = []
-        if v.kind not in KINDS:
-            problems.append(f"kind {v.kind!r} is none of {KINDS}")
-        if by_name[v.name] is not v:
-            problems.append("the name stands twice")
-        if v.kind in ("input", "parameter") and v.start is None:
-            problems.append(f"a start value is missing: every {v.kind} has one")
-        if (v.kind in COMPUTED_KINDS) != (v.computed_by is not None):
-            problems.append("computed_by belongs to outputs and derivatives, and to each of them")
-        if (v.kind == "derivative") != (v.of is not None and by_name.get(v.of, v).is_state):
-            problems.append("'of' names the state of a derivative")
-        if v.range and not (v.kind == "parameter" and v.range[0] <= v.start <= v.range[1]):
-            problems.append(f"range {list(v.range)} belongs to parameters, and their start lies in it")
-        for known, kind in v.depends.items():
-            if known not in by_name or not (by_name[known].kind == "input" or by_name[known].is_state):
-                problems.append(f"depends on {known!r}, which is neither an input nor a state")
-            if kind not in DEPENDENCY_KINDS:
-                problems.append(f"dependency kind {kind!r} is none of {DEPENDENCY_KINDS}")
-        for known in v.initially:
-            if known not in by_name or by_name[known].kind != "parameter":
-                problems.append(f"depends initially on {known!r}, which is no parameter")
+        problems = [] if by_name[v.name] is v else ["the name stands twice"]
+        if (v.unit is None) != (v.type == "boolean"):
+            problems.append("a unit belongs to every number, and to no Boolean")
+        if isinstance(v, Parameter):
+            problems += _problems_of_range(v)
+        if isinstance(v, Computed):
+            problems += _problems_of_dependencies(v, by_name)
         if problems:
             raise InterfaceError(f"{INTERFACE_FILE.name}: {v.name}: " + "; ".join(problems))
+
+
+def _problems_of_range(v: Parameter) -> list[str]:
+    if not v.accepts(v.start):
+        return [f"its start {v.start:g} is not {v.demand}"]
+    if v.smallest and (v.range is None or v.range[0] != 0):
+        return ["'smallest' belongs to a range from 0"]
+    return []
+
+
+def _problems_of_dependencies(v: Computed, by_name: dict[str, Variable]) -> list[str]:
+    problems = []
+    if isinstance(v, Derivative) and not (v.of in by_name and by_name[v.of].is_state):
+        problems.append(f"'of' must name a state, which {v.of!r} is not")
+    for known, kind in v.depends.items():
+        if known not in by_name or not (by_name[known].kind == "input" or by_name[known].is_state):
+            problems.append(f"depends on {known!r}, which is neither an input nor a state")
+        if kind not in DEPENDENCY_KINDS:
+            problems.append(f"dependency kind {kind!r} is none of {DEPENDENCY_KINDS}")
+    if isinstance(v, Output):
+        wrong = (known for known in v.initially if known not in by_name or by_name[known].kind != "parameter")
+        problems += [f"depends initially on {known!r}, which is no parameter" for known in wrong]
+    return problems

@@ -91,7 +91,7 @@ static void follow_inputs(Component *c) {
                              order >= 2 ? speed->value[1] : 0.0};
     if (has_stepped(c)) {
         const Crank *predicted = &progress->crank;
-        if (predicted->source == SOURCE_ANGLE && crank.w == 0.0)
+        if (predicted->source == SOURCE_ANGLE && (crank.w == 0.0 || predicted->doubt.is_ignored))
             crank.w = predicted->end.w;
         if (predicted->source != SOURCE_ACCELERATION && crank.a == 0.0) {
             crank.a = predicted->end.a;
@@ -171,15 +171,17 @@ static COMPONENT_RARELY ComponentStatus refuse_reference(Component *c, uint32_t 
 static COMPONENT_RARELY ComponentStatus refuse_value(Component *c, uint32_t reference,
                                                      double value) {
     const InterfaceVariable *variable = &interface_variables[reference];
-    message_write(c->message, sizeof c->message, "%s = %g: must be a finite number from %g to %g",
-                  variable->name, value, variable->least, variable->greatest);
+    bool has_gap = variable->smallest > 0.0;
+    message_write(c->message, sizeof c->message, "%s = %g: must be %sa finite number from %g to %g",
+                  variable->name, value, has_gap ? "0 or " : "",
+                  has_gap ? variable->smallest : variable->least, variable->greatest);
     return COMPONENT_ERROR;
 }
 
-/* Only parameters have a range of their own. */
-static bool is_in_range(uint32_t reference, double value) {
+bool component_accepts(uint32_t reference, double value) {
     const InterfaceVariable *variable = &interface_variables[reference];
-    return value >= variable->least && value <= variable->greatest;
+    return value >= variable->least && value <= variable->greatest
+           && (value == 0.0 || fabs(value) >= variable->smallest);
 }
 
 static bool is_known(uint32_t reference) { return reference - 1 < INTERFACE_COUNT; }
@@ -200,7 +202,10 @@ static bool is_computed(uint32_t reference) {
 
 /* The ACCESS_ bits of which a variable must have one to be set now. */
 static uint32_t real_access_now(const Component *c) {
-    return c->settings.mode <= MODE_INITIALIZATION ? ACCESS_REAL_BEFORE_START : ACCESS_REAL_LATER;
+    if (c->settings.mode <= MODE_INITIALIZATION)
+        return ACCESS_REAL_BEFORE_START;
+    return c->settings.kind == KIND_MODEL_EXCHANGE ? ACCESS_REAL_LATER | ACCESS_STATE_LATER
+                                                   : ACCESS_REAL_LATER;
 }
 
 static uint32_t boolean_access_now(const Component *c) {
@@ -209,10 +214,12 @@ static uint32_t boolean_access_now(const Component *c) {
 }
 
 static COMPONENT_RARELY ComponentStatus refuse_setting(Component *c, uint32_t reference) {
-    return refuse_reference(c, reference,
-                            interface_access[reference] == ACCESS_READ_ONLY
-                                ? "cannot be set"
-                                : "can be set until the end of initialization only");
+    const char *demand = "can be set until the end of initialization only";
+    if (interface_access[reference] == ACCESS_READ_ONLY)
+        demand = "cannot be set";
+    else if (interface_access[reference] & ACCESS_STATE_LATER)
+        demand = "can be set until the end of initialization, and later in Model Exchange only";
+    return refuse_reference(c, reference, demand);
 }
 
 /* Says which of the values was wrong, once the loop that only sums up the faults saw one. */
@@ -248,7 +255,7 @@ static COMPONENT_RARELY ComponentStatus refuse_values(Component *c, const uint32
             return refuse_reference(c, *reference, "is a Boolean, not a real");
         if (!(interface_access[*reference] & real_access_now(c)))
             return refuse_setting(c, *reference);
-        if (!is_in_range(*reference, *value))
+        if (!component_accepts(*reference, *value))
             return refuse_value(c, *reference, *value);
     }
 }
@@ -262,7 +269,7 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
             return refuse_values(c, reference, value);
     if (access == ACCESS_REAL_BEFORE_START)
         for (size_t i = 0; i < count; ++i)
-            if (!is_in_range(reference[i], value[i]))
+            if (!component_accepts(reference[i], value[i]))
                 return refuse_values(c, reference, value);
     for (size_t i = 0; i < count; ++i)
         c->settings.real[reference[i]] = value[i];
@@ -289,7 +296,11 @@ ComponentStatus component_check_booleans(Component *c, const uint32_t reference[
 ComponentStatus component_set_time(Component *c, double time) {
     if (!is_finite(time))
         return refuse_value(c, VARIABLE_TIME, time);
-    /* beyond the stop time as well: solvers look ahead, and interpolate back */
+    /* Beyond the stop time as well, though FMI has "an error where the host computes past it" (FMI
+     * 2.0.4, section 2.1.6; FMI 3.0.2, section 2.3.2): solvers that interpolate, CVODES in FMPy
+     * and CasADi among them, step over the end and come back. To refuse would make them useless;
+     * nothing here depends on the time, so to answer harms nobody. A step of Co-Simulation beyond
+     * the stop time is an error. */
     c->settings.real[VARIABLE_TIME] = time;
     return COMPONENT_OK;
 }
@@ -371,7 +382,9 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
 /* Refuses, with a message, what is no unknown or no known now, and seeds that are no numbers. Else
  * sums up what is to be evaluated, and whether by the geometry. Parameters are knowns in
  * initialization mode alone, where they may change: FMI 2.0.4, sections 2.1.9 and 2.2.8
- * (InitialUnknowns); FMI 3.0, section 2.2, "Getting Partial Derivatives". */
+ * (InitialUnknowns); FMI 3.0, section 2.2, "Getting Partial Derivatives". The independent variable
+ * is a known in every mode (there, and FMI 3.0, section 2.4.8); nothing depends on the time itself,
+ * so that all derivatives by it are 0. */
 static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
                                         size_t unknown_count, const uint32_t known[],
                                         size_t known_count, const double seed[], bool is_adjoint,
@@ -381,6 +394,8 @@ static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
     for (size_t i = 0; i < unknown_count; ++i) {
         if (!is_computed(unknown[i]))
             return refuse_reference(c, unknown[i], "is no output: no derivative of it");
+        if (!outputs_have_derivatives(unknown[i]))
+            return outputs_refuse_derivative(c, unknown[i]);
         if (is_adjoint && !(fabs(seed[i]) <= GREATEST_VALUE))
             return refuse_value(c, unknown[i], seed[i]);
         *evaluations |= interface_evaluation[unknown[i]];
@@ -390,7 +405,8 @@ static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
         if (is_parameter && c->settings.mode != MODE_INITIALIZATION)
             return refuse_reference(c, known[k],
                                     "derivatives by parameters exist in initialization mode only");
-        if (!is_parameter && !is_input(known[k]) && known[k] != VARIABLE_MACHINE_S)
+        if (!is_parameter && !is_input(known[k]) && known[k] != VARIABLE_MACHINE_S
+            && known[k] != VARIABLE_TIME)
             return refuse_reference(c, known[k], "is no input: no derivative by it");
         if (!is_adjoint && !(fabs(seed[k]) <= GREATEST_VALUE))
             return refuse_value(c, known[k], seed[k]);
@@ -403,7 +419,7 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
                                                      size_t unknown_count, const uint32_t known[],
                                                      size_t known_count, const double seed[],
                                                      double sensitivity[]) {
-    double direction[INTERFACE_COUNT + 1] = {0.0}, change[INTERFACE_COUNT + 1];
+    double direction[INTERFACE_COUNT + 1] = {0.0}, change[INTERFACE_COUNT + 1] = {0.0};
     uint32_t evaluations;
     bool by_geometry;
     ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
@@ -521,6 +537,14 @@ static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, d
 
 static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from, double to,
                                           double time) {
+    if (noticed & CRANK_SPEED_IGNORED) {
+        message_write(
+            c->message, sizeof c->message,
+            "crank.w = %g rad/s at %g s is not how crank.phi moves, from %g rad to %g rad: "
+            "crank.w is ignored until they agree",
+            c->settings.real[VARIABLE_CRANK_W], time, from, to);
+        return;
+    }
     message_write(c->message, sizeof c->message,
                   noticed & CRANK_RESTARTED
                       ? "crank.phi jumps from %g rad to %g rad at %g s: its history restarts"
@@ -531,10 +555,9 @@ static COMPONENT_RARELY void explain_news(Component *c, int noticed, double from
 
 ComponentStatus component_do_step(Component *c, double time, double step) {
     ComponentStatus status = component_check_step(c, time, step);
-    if (status == COMPONENT_OK && !c->linkage_is_ready)
-        status = outputs_prepare(c);
     if (status != COMPONENT_OK)
         return status;
+    outputs_prepare(c);
 
     const ComponentProgress *before = component_present(c);
     ComponentProgress *after = &c->progress[1 - c->present];
@@ -543,17 +566,16 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     double gap = input.at_step_end ? step : before->last_step;
     bool is_close = samples_are_close(gap, step) && input.smoothing == 0.0;
     bool times_change = gap > 0.0 && (is_close || sample_times_change(&c->settings.times, gap));
-    SampleTimes changed = {{0.0}, {0.0}, 0};
+    SampleTimes changed = {.are_equal = 0};
     const SampleTimes *times = &c->settings.times;
     const Crank *crank = &before->crank;
-    Crank without_newest;
+    Crank without_close;
     if (times_change) {
         changed = c->settings.times;
         if (is_close) {
-            without_newest = *crank;
-            crank_drop_sample(&without_newest, times);
-            crank = &without_newest;
-            sample_times_merge(&changed, gap);
+            without_close = *crank;
+            crank_drop_samples(&without_close, &changed, gap, step);
+            crank = &without_close;
         } else {
             sample_times_add(&changed, gap);
         }

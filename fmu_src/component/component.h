@@ -112,8 +112,10 @@ INTERNAL ComponentStatus component_set_experiment(Component *component, double s
  * change nothing else: the adaptors write settings.mode. */
 INTERNAL ComponentStatus component_exit_initialization(Component *component, ComponentMode next);
 
-/* Values by reference: `count` of them, all or none. Reals are finite and at most 1e60 in
- * magnitude, so that no output can overflow. Reading an output of a pose that cannot be
+/* Whether a variable may have this value; only parameters have a range of their own. */
+INTERNAL bool component_accepts(uint32_t reference, double value);
+/* Values by reference: `count` of them, all or none. Reals are finite and within the ranges of
+ * interface.toml, so that no output can overflow. Reading an output of a pose that cannot be
  * reached is COMPONENT_DISCARD. */
 INTERNAL ComponentStatus component_get_real(Component *component, const uint32_t reference[],
                                             size_t count, double value[]);
@@ -145,8 +147,8 @@ INTERNAL ComponentStatus component_get_output_derivatives(Component *component,
                                                           const uint32_t reference[], size_t count,
                                                           const int32_t order[], double value[]);
 /* sensitivity[i] = sum over k of d unknown[i] / d known[k] times seed[k], at the instant that
- * the outputs belong to. Unknowns: outputs and der(machine.s). Knowns: inputs, machine.s and, in
- * initialization mode, the parameters of the geometry. */
+ * the outputs belong to. Unknowns: outputs and der(machine.s). Knowns: inputs, machine.s, time and,
+ * in initialization mode, the parameters of the geometry. */
 INTERNAL ComponentStatus component_get_directional_derivative(
     Component *component, const uint32_t unknown[], size_t unknown_count, const uint32_t known[],
     size_t known_count, const double seed[], double sensitivity[]);

@@ -37,11 +37,21 @@ typedef struct {
  * the speed, from the moment that it is not 0; with it the acceleration, likewise. */
 typedef enum { SOURCE_ANGLE, SOURCE_SPEED, SOURCE_ACCELERATION } CrankSource;
 
+/* What speaks against crank.w: the angle moves otherwise. Both sums in rad, of steps in which the
+ * two disagreed and of those after; 0 as long as they agree. Plain data: 8-byte members only. */
+typedef struct {
+    double missed;  /* by how much the angle moved beyond what the speeds say */
+    double moved;   /* how far either of them moved */
+    int64_t is_ignored; /* crank.w is not believed */
+} CrankDoubt;
+
 /* All that the prediction remembers. Plain data: 8-byte members only. */
 typedef struct {
     CrankMotion end;  /* the motion at the end of the last step */
-    double phi;       /* the newest angle sample, as given */
+    double phi, w;    /* the newest samples of angle and speed, as given */
     int64_t source;   /* CrankSource */
+    int64_t is_told;  /* end comes from speeds or derivatives that the host gave */
+    CrankDoubt doubt; /* whether crank.w is the speed of crank.phi */
     Samples samples;  /* of the source */
     Fit fit;          /* to these, with smoothing; else nothing */
 } Crank;
@@ -56,7 +66,7 @@ typedef struct {
 } CrankInput;
 
 /* What crank_advance noticed, as flags. */
-enum { CRANK_UNWRAPPED = 1, CRANK_RESTARTED = 2 };
+enum { CRANK_UNWRAPPED = 1, CRANK_RESTARTED = 2, CRANK_SPEED_IGNORED = 4 };
 
 /* The motion that the inputs tell by themselves, before the first step. */
 INTERNAL CrankMotion crank_motion_of(const CrankInput *input);
@@ -64,15 +74,19 @@ INTERNAL CrankMotion crank_motion_of(const CrankInput *input);
 /* The first sample of a history: the inputs as they are at the start. */
 INTERNAL void crank_start(Crank *crank, const CrankInput *input);
 
-/* Takes the newest sample away, for one that follows it too closely. */
-INTERNAL void crank_drop_sample(Crank *crank, const SampleTimes *times);
+/* Takes the newest samples away that lie too close to one `gap` seconds later for a step of h: over
+ * the short time between them a jump looks like a slope without bounds. *times: of the samples; on
+ * return, with the new one's gap. */
+INTERNAL void crank_drop_samples(Crank *crank, SampleTimes *times, double gap, double h);
 
 /* Takes the sample of a step of h > 0 seconds and carries the crank from before to its end,
  * after->end. times->gap[0] is the time since the last sample, where there is one. Returns the
  * CRANK_ flags of what it noticed.
- * An angle that is off what was expected by whole turns (a host that gives it modulo one turn,
- * say) is taken as continuing; one that is off by more than a quarter of a turn besides is a
- * jump: the history restarts. */
+ * An angle that changed by more than half a turn, and is off what was expected by whole turns (a
+ * host that gives it modulo one turn, say), is taken as continuing; where speeds or derivatives
+ * tell what is expected, after smaller changes too. One that is off by more than a quarter of a
+ * turn besides is a jump: the history restarts. A crank.w that does not fit how crank.phi moves is
+ * ignored, until it does. */
 INTERNAL int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input,
                            double h, Crank *restrict after);
 

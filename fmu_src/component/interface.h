@@ -14,10 +14,11 @@
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
-#define INTERFACE_TOKEN "{2b6d3a7a-4885-381d-3fd4-9224077ae6b2}"
+#define INTERFACE_TOKEN "{11fb9f73-8504-6c65-7fcf-71f500a345e7}"
 
 /* Names of the categories under which messages are logged. */
-#define INTERFACE_LOG_CATEGORIES "logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"
+#define INTERFACE_LOG_CATEGORIES                                                                   \
+    "logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"
 
 /* Value references. */
 enum {
@@ -83,23 +84,25 @@ enum {
     EVALUATION_NOT_REAL = 1 << 15 /* in the same place: no real at all */
 };
 
-/* Inputs and parameters are within +- this, so that no output can overflow: the fourth power of a
- * speed, over the smallest determinant to the seventh, stays a number. */
+/* Inputs and parameters are within +- this, so that no output can overflow. */
 #define INTERFACE_GREATEST_VALUE 1e+60
 
-/* When a variable may be set, as bits: until the end of initialization, and from then on. */
+/* When a variable may be set, as bits: until the end of initialization, from then on, and from then
+ * on where the host integrates the continuous states (Model Exchange). */
 enum {
     ACCESS_READ_ONLY = 0,
     ACCESS_REAL_BEFORE_START = 1,
     ACCESS_REAL_LATER = 2,
     ACCESS_BOOLEAN_BEFORE_START = 4,
-    ACCESS_BOOLEAN_LATER = 8
+    ACCESS_BOOLEAN_LATER = 8,
+    ACCESS_STATE_LATER = 16
 };
 
 typedef struct {
     const char *name;
     double start;
     double least, greatest; /* what it may be set to */
+    double smallest;        /* the least magnitude of a value but 0 */
     int input; /* the number of an input among the inputs, else -1 */
     int is_output;
 } InterfaceVariable;

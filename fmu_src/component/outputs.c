@@ -7,63 +7,22 @@
 #include <math.h>
 #include <string.h>
 
-/* Lengths beyond these are no transplanter's, and their squares could under- or overflow. */
-static const double SHORTEST_LINK = 1e-6, LONGEST_LINK = 1e6; /* m */
-
 /* ---- geometry and pose ----------------------------------------------------------------- */
 
-static ComponentStatus refuse_geometry(Component *c, uint32_t reference, const char *demand,
-                                       double lowest) {
-    message_write(c->message, sizeof c->message, "%s = %g m: must be %s %g m to %g m",
-                  interface_variables[reference].name, c->settings.real[reference], demand, lowest,
-                  LONGEST_LINK);
-    return COMPONENT_ERROR;
-}
-
-static ComponentStatus check_geometry(Component *c) {
-    static const uint32_t links[] = {VARIABLE_GEOMETRY_L2, VARIABLE_GEOMETRY_L3,
-                                     VARIABLE_GEOMETRY_L6, VARIABLE_GEOMETRY_L7};
-    static const uint32_t arms[] = {VARIABLE_GEOMETRY_L1, VARIABLE_GEOMETRY_L4,
-                                    VARIABLE_GEOMETRY_L5, VARIABLE_GEOMETRY_L8,
-                                    VARIABLE_GEOMETRY_L9};
-    static const uint32_t pivots[] = {VARIABLE_GEOMETRY_XC, VARIABLE_GEOMETRY_YC,
-                                      VARIABLE_GEOMETRY_XG, VARIABLE_GEOMETRY_YG};
-    const double *real = c->settings.real;
-    for (size_t i = 0; i < sizeof links / sizeof links[0]; ++i)
-        if (!(real[links[i]] >= SHORTEST_LINK && real[links[i]] <= LONGEST_LINK))
-            return refuse_geometry(c, links[i], "from", SHORTEST_LINK);
-    for (size_t i = 0; i < sizeof arms / sizeof arms[0]; ++i)
-        if (real[arms[i]] != 0.0
-            && !(real[arms[i]] >= SHORTEST_LINK && real[arms[i]] <= LONGEST_LINK))
-            return refuse_geometry(c, arms[i], "0 or from", SHORTEST_LINK);
-    for (size_t i = 0; i < sizeof pivots / sizeof pivots[0]; ++i)
-        if (!(fabs(real[pivots[i]]) <= LONGEST_LINK))
-            return refuse_geometry(c, pivots[i], "from", -LONGEST_LINK);
-    return COMPONENT_OK;
-}
-
-/* The parameters of the geometry stand in the same order in both. */
-typedef char geometry_is_complete
-    [sizeof(LinkageGeometry) == 8 * (VARIABLE_GEOMETRY_THETA9 - VARIABLE_GEOMETRY_L1 + 1) ? 1 : -1];
-
-/* values: by value reference, of which these are used. */
+/* values: by value reference, of which these are used; interface.c checks that they lie alike. */
 static LinkageGeometry geometry_of(const double values[]) {
     LinkageGeometry geometry;
     memcpy(&geometry, &values[VARIABLE_GEOMETRY_L1], sizeof geometry);
     return geometry;
 }
 
-ComponentStatus outputs_prepare(Component *c) {
+void outputs_prepare(Component *c) {
     if (c->linkage_is_ready)
-        return COMPONENT_OK;
-    ComponentStatus status = check_geometry(c);
-    if (status != COMPONENT_OK)
-        return status;
+        return;
     LinkageGeometry geometry = geometry_of(c->settings.real);
     linkage_prepare(&geometry, &c->linkage);
     c->linkage_is_ready = 1;
     c->pose.order = -1;
-    return COMPONENT_OK;
 }
 
 void outputs_explain_gap(Component *c, LinkageClosure closure, double phi, double gap) {
@@ -83,9 +42,7 @@ void outputs_explain_gap(Component *c, LinkageClosure closure, double phi, doubl
 }
 
 ComponentStatus outputs_solve(Component *c, int order) {
-    ComponentStatus status = outputs_prepare(c);
-    if (status != COMPONENT_OK)
-        return status;
+    outputs_prepare(c);
     if (c->pose.order < 0) {
         double phi = c->shown->crank.end.phi, gap;
         LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &gap);
@@ -260,8 +217,18 @@ static TipOutput tip_output(uint32_t reference) {
     }
 }
 
-/* An output that was declared without saying here what its derivatives are. */
-static ComponentStatus refuse_derivative(Component *c, uint32_t reference) {
+bool outputs_have_derivatives(uint32_t reference) {
+    switch (reference) {
+    case VARIABLE_TIP_ANGLE:
+    case VARIABLE_MACHINE_S:
+    case VARIABLE_DER_MACHINE_S:
+    case VARIABLE_CRANK_TAU:
+    case VARIABLE_ASSEMBLY_MARGIN: return true;
+    default: return tip_output(reference).is_one;
+    }
+}
+
+ComponentStatus outputs_refuse_derivative(Component *c, uint32_t reference) {
     message_write(c->message, sizeof c->message, "%s: its derivatives are not known",
                   interface_variables[reference].name);
     return COMPONENT_ERROR;
@@ -311,7 +278,7 @@ ComponentStatus outputs_time_derivative(Component *c, uint32_t reference, int or
         }
         *value = 0.0 - power;
     } else {
-        return refuse_derivative(c, reference);
+        return outputs_refuse_derivative(c, reference);
     }
     return COMPONENT_OK;
 }

@@ -12,12 +12,19 @@ INTERNAL ComponentStatus outputs_solve(Component *component, int order);
 /* Computes the outputs of the EVALUATION_ bits into component->settings.real. */
 INTERNAL ComponentStatus outputs_evaluate(Component *component, uint32_t evaluations);
 
+/* Whether the functions below know the derivatives of an output, or of der(machine.s). One that is
+ * declared in interface.toml and forgotten there is to be refused, not answered. */
+INTERNAL bool outputs_have_derivatives(uint32_t reference);
+/* COMPONENT_ERROR, with the message that they do not. */
+INTERNAL ComponentStatus outputs_refuse_derivative(Component *component, uint32_t reference);
+
 /* The derivative of an output by time, order 1 or 2. */
 INTERNAL ComponentStatus outputs_time_derivative(Component *component, uint32_t reference,
                                                  int order, double *value);
 
 /* The first-order change of the outputs of the EVALUATION_ bits under a change of the inputs, of
- * machine.s and, by_geometry, of the geometry. known, change: by value reference. */
+ * machine.s and, by_geometry, of the geometry. known, change: by value reference; changes that are
+ * not asked for stay as they were. */
 INTERNAL ComponentStatus outputs_vary(Component *component, uint32_t evaluations, bool by_geometry,
                                       const double known[], double change[]);
 
@@ -31,8 +38,7 @@ INTERNAL ComponentStatus outputs_gradient(Component *component, uint32_t evaluat
 INTERNAL void outputs_explain_gap(Component *component, LinkageClosure closure, double phi,
                                   double gap);
 
-/* COMPONENT_ERROR, with the parameter and its value in the message, where no linkage has such
- * a geometry. */
-INTERNAL ComponentStatus outputs_prepare(Component *component);
+/* Makes the geometry ready where it was set anew. */
+INTERNAL void outputs_prepare(Component *component);
 
 #endif

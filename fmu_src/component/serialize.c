@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { FORMAT_VERSION = 2 };
+enum { FORMAT_VERSION = 3 };
 
 typedef struct {
     uint64_t magic, version, interface, payload_size, checksum;
@@ -16,7 +16,7 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
 /* Another layout is another FORMAT_VERSION: this array has a negative size when members come or
  * go besides variables, whose number is in the interface's token. */
 typedef char state_has_this_layout
-    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 55) ? 1 : -1];
+    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 65) ? 1 : -1];
 
 /* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
 static uint64_t hash(const uint8_t bytes[], size_t size) {
@@ -56,8 +56,11 @@ static bool is_sound(const ComponentState *state) {
         && !(settings->mode == MODE_CONTINUOUS_TIME && settings->kind == KIND_CO_SIMULATION)
         && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
         && is_within(progress->crank.samples.count, 0, 4)
-        && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 1) && progress->last_step >= 0.0
+        && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 2) && progress->last_step >= 0.0
         && component_is_bounded(progress);
+    for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
+        if (!interface_variables[i].is_output && interface_access[i] == ACCESS_REAL_BEFORE_START)
+            sound = sound && component_accepts(i, settings->real[i]);
     /* numbers, all of them: small integers, read as doubles, are as well */
     for (size_t i = 0; i < sizeof *state / sizeof(double); ++i) {
         double word;

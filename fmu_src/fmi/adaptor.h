@@ -19,7 +19,7 @@
 typedef struct {
     Component component;
     Host host;
-    bool logs_events, logs_discards; /* errors are always told */
+    bool logs_events, logs_discards, mutes_errors;
     const char *name;                /* stands behind this struct */
 } Instance;
 
@@ -54,16 +54,23 @@ static COMPONENT_RARELY void say(const Instance *instance, FMI(Status) status, c
 
 static COMPONENT_RARELY FMI(Status)
     refuse(const Instance *instance, const char *function, const char *text) {
-    say(instance, FMI(Error), function, text);
+    if (!instance->mutes_errors)
+        say(instance, FMI(Error), function, text);
     return FMI(Error);
 }
 
 static COMPONENT_RARELY FMI(Status)
+    discard(const Instance *instance, const char *function, const char *text) {
+    if (instance->logs_discards)
+        say(instance, FMI(Discard), function, text);
+    return FMI(Discard);
+}
+
+static COMPONENT_RARELY FMI(Status)
     answer_refusal(const Instance *instance, ComponentStatus status, const char *function) {
-    FMI(Status) answered = status == COMPONENT_DISCARD ? FMI(Discard) : FMI(Error);
-    if (answered == FMI(Error) || instance->logs_discards)
-        say(instance, answered, function, instance->component.message);
-    return answered;
+    const char *text = instance->component.message;
+    return status == COMPONENT_DISCARD ? discard(instance, function, text)
+                                       : refuse(instance, function, text);
 }
 
 /* The component's status as FMI's, its message to the host's logger. */
@@ -199,9 +206,18 @@ static inline void free_instance(void *c, const char *function) {
         host_release(&instance->host, instance);
 }
 
-/* The categories choose what is told besides errors: those named and no others (FMI 2.0.4, section
- * 2.1.5), or where CATEGORIES_ADD_UP those named, the others staying as they were (FMI 3.0, section
- * 2.3.1). */
+/* Which messages the logger gets.
+ *
+ * FMI 2.0.4, section 2.1.5: the categories named and no others, all where none is named. So a host
+ * that names categories and leaves out the errors is not told of these either.
+ *
+ * FMI 3.0 (CATEGORIES_ADD_UP), section 2.3.1: those named, the others stay as they were.
+ *
+ * Errors are told else, also where logging is off. FMI 2.0.4, section 2.1.3, says that the logger
+ * was called where a function returns an error. FMI 3.0.2, section 2.3.1, forbids any call of the
+ * logger where loggingOn is false; 3.0.3, section 2.2.4, takes that back: an error should be told
+ * whatever the settings, all else not. A host without it learns nothing but that something failed,
+ * and one that wants silence gives no logger. */
 static inline FMI(Status) set_logging(void *c, bool logging, size_t count,
                                       const char *const categories[], const char *function) {
     static const char *const known[] = {INTERFACE_LOG_CATEGORIES};
@@ -209,7 +225,7 @@ static inline FMI(Status) set_logging(void *c, bool logging, size_t count,
         check_arrays(c, IN_ANY | IN_UPDATE, function, count, categories, categories, categories);
     if (instance == NULL)
         return FMI(Error);
-    bool events = count == 0, discards = count == 0;
+    bool events = count == 0, discards = count == 0, errors = count == 0;
     for (size_t i = 0; i < count; ++i) {
         const char *category = categories[i];
         bool is_known = false;
@@ -220,11 +236,13 @@ static inline FMI(Status) set_logging(void *c, bool logging, size_t count,
         bool is_all = strcmp(category, "logAll") == 0;
         events = events || is_all || strcmp(category, category_of(FMI(OK))) == 0;
         discards = discards || is_all || strcmp(category, category_of(FMI(Discard))) == 0;
+        errors = errors || is_all || strcmp(category, category_of(FMI(Error))) == 0;
     }
     if (events || !CATEGORIES_ADD_UP)
         instance->logs_events = logging && events;
     if (discards || !CATEGORIES_ADD_UP)
         instance->logs_discards = logging && discards;
+    instance->mutes_errors = logging && !errors && !CATEGORIES_ADD_UP;
     return FMI(OK);
 }
 
@@ -295,6 +313,8 @@ static inline FMI(Status) serialize_state(void *c, const ComponentState *state, 
     return FMI(OK);
 }
 
+/* Unlike get_state, this has no use for what *state is on entry: it is an output alone (FMI 2.0.4,
+ * section 2.1.8; FMI 3.0.2, section 2.2.7.4), and hosts leave there what they like. */
 static inline FMI(Status)
     deserialize_state(void *c, const void *bytes, size_t size, void **state, const char *function) {
     Instance *instance = check_arrays(c, IN_ANY, function, 1, bytes, state, state);
@@ -304,11 +324,10 @@ static inline FMI(Status)
     ComponentStatus status = component_deserialize(&instance->component, bytes, size, &read);
     if (status != COMPONENT_OK)
         return answer(instance, status, function);
-    if (*state == NULL)
-        *state = host_allocate(&instance->host, sizeof read);
-    if (*state == NULL)
+    void *copy = host_allocate(&instance->host, sizeof read);
+    if (copy == NULL)
         return refuse(instance, function, "no memory");
-    memcpy(*state, &read, sizeof read);
+    *state = memcpy(copy, &read, sizeof read);
     return FMI(OK);
 }
 

@@ -62,7 +62,9 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     ComponentKind kind = fmuType == fmi2ModelExchange ? KIND_MODEL_EXCHANGE : KIND_CO_SIMULATION;
     Instance *instance =
         instantiate(&host, kind, instanceName, fmuGUID, loggingOn != 0, "fmi2Instantiate");
-    if (instance != NULL) /* FMI 2 leaves it open whether a Discard is told: always */
+    /* Which categories loggingOn stands for is open until the host names some: a Discard is told
+     * either way, for fmi2Discard says that the logger was called (FMI 2.0.4, section 2.1.3). */
+    if (instance != NULL)
         instance->logs_discards = true;
     return instance;
 }
@@ -71,11 +73,7 @@ void fmi2FreeInstance(fmi2Component c) { free_instance(c, "fmi2FreeInstance"); }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
                                const fmi2String categories[]) {
-    fmi2Status status =
-        set_logging(c, loggingOn != 0, nCategories, categories, "fmi2SetDebugLogging");
-    if (status == fmi2OK)
-        ((Instance *)c)->logs_discards = true;
-    return status;
+    return set_logging(c, loggingOn != 0, nCategories, categories, "fmi2SetDebugLogging");
 }
 
 /* ---- modes ---------------------------------------------------------------------------------- */
@@ -131,11 +129,22 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
                   "fmi2GetReal");
 }
 
+static bool has_state(const fmi2ValueReference vr[], size_t nvr) {
+    for (size_t i = 0; i < nvr; ++i)
+        if (vr[i] == VARIABLE_MACHINE_S)
+            return true;
+    return false;
+}
+
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        const fmi2Real value[]) {
     Instance *instance = check_arrays(c, FOR_SETTING, "fmi2SetReal", nvr, vr, value, value);
     if (instance == NULL)
         return fmi2Error;
+    /* FMI 2.0.4, section 3.2.3, notes 4 and 5: states in continuous-time mode, not in event mode */
+    if (instance->component.settings.mode == MODE_EVENT && has_state(vr, nvr))
+        return refuse(instance, "fmi2SetReal",
+                      "machine.s: a continuous state cannot be set in event mode");
     return answer(instance, component_set_real(&instance->component, vr, nvr, value),
                   "fmi2SetReal");
 }
@@ -322,8 +331,7 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
 }
 
 static fmi2Status refuse_status(const Instance *instance, const char *function) {
-    say(instance, fmi2Discard, function, "there is no such status");
-    return fmi2Discard;
+    return discard(instance, function, "there is no such status");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {

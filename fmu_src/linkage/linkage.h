@@ -20,7 +20,8 @@
  * parameter has on the exact value, also beside a dead point; derivatives 3 and 4 lose more where
  * the base of a dyad is much shorter than its links (tests/fmi/test_accuracy.py), and derivatives
  * from 2 on where C lies much nearer to O than the cranks are long and ABD is near a dead point:
- * the dyad then turns with the cranks nearly as one body (tests/hard_cases/geometries.py). */
+ * the dyad then turns with the cranks nearly as one body
+ * (scenarios/speed_vs_error/hard_cases/geometries.py). */
 #ifndef LINKAGE_H
 #define LINKAGE_H
 
@@ -78,21 +79,21 @@ typedef struct {
     double base_squared;
     double along_first, along_second; /* the links' parts along the base, over its length */
     double four_areas, per_area;      /* of the triangle; height = four_areas per_area */
-    double height;                    /* over the base's length; from order 1 on, as what follows */
-    double reciprocal_determinant;    /* 1 / (first x second), negative */
-    double base_along, base_across;   /* base . base^(n), height (base x base^(n)): n the order */
-    double links_product;             /* first . second, from order 2 on */
-    double first_rate[LINKAGE_MAX_ORDER + 1];  /* of AB, EF */
+    double height; /* over the base's length; from order 1 on, as what follows */
+    double reciprocal_determinant; /* 1 / (first x second), negative */
+    double base_along, base_across; /* base . base^(n), height (base x base^(n)): n the order */
+    double links_product; /* first . second, from order 2 on */
+    double first_rate[LINKAGE_MAX_ORDER + 1]; /* of AB, EF */
     double second_rate[LINKAGE_MAX_ORDER + 1]; /* of DB, GF */
 } LinkageDyad;
 
 /* One pose and what has been computed of it. Fields beyond `order` hold nothing. */
 typedef struct {
-    int order;                          /* highest derivative of tip that is there; -1: no pose */
-    Vector tip[LINKAGE_MAX_ORDER + 1];  /* J - O and its derivatives by phi: m, m/rad, ... */
+    int order; /* highest derivative of tip that is there; -1: no pose */
+    Vector tip[LINKAGE_MAX_ORDER + 1]; /* J - O and its derivatives by phi: m, m/rad, ... */
     Vector joint_e[LINKAGE_MAX_ORDER + 1]; /* E - C and its derivatives by phi */
-    Vector crank_cd, base_turning;      /* the turning parts of D and of the base AD */
-    Vector arm, nozzle;                 /* E - D and J - E */
+    Vector crank_cd, base_turning; /* the turning parts of D and of the base AD */
+    Vector arm, nozzle; /* E - D and J - E */
     LinkageDyad abd, efg;
 } LinkagePose;
 
