@@ -7,8 +7,10 @@ import posixpath
 import re
 import stat
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import fmpy
@@ -17,10 +19,26 @@ from fmpy.fmi3 import FMU3Model, FMU3ScheduledExecution, FMU3Slave
 from fmpy.validation import validate_fmu
 from lxml import etree, html
 
-from .subject import CO_SIMULATION, LARGEST, MODEL_EXCHANGE, UNREADABLE, NotApplicable, Subject
+from ..formats.python_fmu import DESTRUCTOR, FINALIZER, VERSIONS
+from .process import OutOfTime
+from .subject import (
+    CO_SIMULATION,
+    MODEL_EXCHANGE,
+    UNREADABLE,
+    Advice,
+    Consequence,
+    NotApplicable,
+    NotJudged,
+    Subject,
+    limits_of,
+    number,
+)
+from .units import disagreements
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
-ENCRYPTED, DEFLATED, OLDEST_UNZIP = 1, zipfile.ZIP_DEFLATED, 20
+ENCRYPTED, SIZES_BEHIND, DEFLATED, OLDEST_UNZIP = 1, 8, zipfile.ZIP_DEFLATED, 20
+KNOWN_FOLDERS = {"binaries", "documentation", "extra", "resources", "sources", "terminalsAndIcons", "icons"}
+KNOWN_FILES = {"modelDescription.xml", "model.png"}  # at the top; the picture is FMI 2.0's
 FUNCTIONS = {
     CO_SIMULATION: (FMU2Slave,),
     MODEL_EXCHANGE: (FMU2Model,),
@@ -32,9 +50,15 @@ LINUX_LIBRARIES = re.compile(
     r"(libc\.so\.6|libm\.so\.6|libdl\.so\.2|librt\.so\.1|libpthread\.so\.0|libutil\.so\.1|libresolv\.so\.2"
     r"|libnsl\.so\.1|libgcc_s\.so\.1|libstdc\+\+\.so\.6|ld-linux.*\.so\.\d)"
 )
+# What Windows itself brings along; runtimes of compilers, which are installed with programs, are not among them.
 WINDOWS_LIBRARIES = re.compile(
-    r"(kernel32|user32|advapi32|shell32|ole32|oleaut32|ws2_32|wsock32|gdi32|ntdll|msvcrt|ucrtbase|bcrypt|crypt32"
-    r"|shlwapi|version|winmm|iphlpapi|rpcrt4|secur32|userenv|psapi|dbghelp|api-ms-win-[\w-]+)\.dll", re.IGNORECASE,
+    r"(advapi32|api-ms-win-[\w-]+|avrt|bcrypt|bcryptprimitives|cabinet|cfgmgr32|comctl32|comdlg32|combase|crypt32"
+    r"|cryptbase|d2d1|d3d\d+|d3dcompiler_\d+|dbghelp|dhcpcsvc6?|dnsapi|dsound|dwmapi|dwrite|dxgi|ext-ms-win-[\w-]+"
+    r"|fwpuclnt|gdi32|gdiplus|glu32|hid|httpapi|imagehlp|imm32|iphlpapi|kernel32|kernelbase|mf|mfplat|mpr|mscoree|msimg32"
+    r"|mswsock|msvcrt|ncrypt|netapi32|normaliz|ntdll|odbc32|ole32|oleacc|oleaut32|opengl32|pdh|powrprof|propsys|psapi"
+    r"|rasapi32|rpcrt4|rstrtmgr|secur32|setupapi|shcore|shell32|shlwapi|sspicli|tdh|ucrtbase|urlmon|user32|userenv"
+    r"|usp10|uxtheme|version|wevtapi|windowscodecs|winhttp|wininet|winmm|winscard|winspool|wintrust|winusb|wldap32"
+    r"|ws2_32|wsock32|wtsapi32|xinput\w+|xmllite)\.(dll|drv)", re.IGNORECASE,
 )  # fmt: skip
 MACOS_LIBRARIES = re.compile(r"(/usr/lib/|/System/Library/).*")
 LIBRARIES = {"ELF": LINUX_LIBRARIES, "PE": WINDOWS_LIBRARIES, "Mach-O": MACOS_LIBRARIES}
@@ -51,29 +75,48 @@ def archive(fmu: Subject) -> Iterator[str]:
     try:
         with zipfile.ZipFile(fmu.path) as opened:
             entries = opened.infolist()
+            if excess := fmu.excess(entries):
+                yield excess
+                return
             for entry in entries:
                 for problem in entry_problems(entry):
-                    yield f"{entry.orig_filename!r} {problem}"
+                    yield type(problem)(f"{entry.orig_filename!r} {problem}")
             names = [entry.orig_filename for entry in entries]
             lower: dict[str, str] = {}
             for name in names:
                 if lower.setdefault(name.lower(), name) != name:
                     yield f"{name!r} and {lower[name.lower()]!r} are one file on Windows and macOS"
-            for name in sorted({name for name in names if names.count(name) > 1}):
-                yield f"{name!r} is there {names.count(name)} times"
-            if sum(entry.file_size for entry in entries) > LARGEST:
-                yield f"unpacked it would have {sum(entry.file_size for entry in entries) / (1 << 30):.0f} GiB"
-            elif damaged := opened.testzip():
-                yield f"{damaged!r} is damaged: its checksum is another"
+            for name, times in sorted(Counter(names).items()):
+                if times > 1:
+                    yield f"{name!r} is there {times} times"
+            for entry in entries:
+                if is_damaged(fmu, opened, entry):
+                    yield f"{entry.orig_filename!r} is damaged: its checksum is another"
+                    break
             if "modelDescription.xml" not in names:
                 yield "modelDescription.xml is missing at the top"
+    except OutOfTime:  # a RuntimeError, as some of zipfile's
+        raise
     except UNREADABLE as problem:
         yield f"no readable ZIP archive: {problem}"
         return
     try:
-        fmu.folder  # noqa: B018: unpacks it
-    except NotApplicable as reason:
+        fmu.folder  # noqa: B018 unpacks it
+    except NotJudged:
+        raise
+    except Consequence as reason:
         yield str(reason)
+
+
+def is_damaged(fmu: Subject, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
+    try:
+        with archive.open(entry) as file:
+            fmu.be_on_time()
+            while file.read(1 << 20):
+                fmu.be_on_time()
+    except zipfile.BadZipFile:
+        return True
+    return False
 
 
 def entry_problems(entry: zipfile.ZipInfo) -> Iterator[str]:
@@ -81,30 +124,67 @@ def entry_problems(entry: zipfile.ZipInfo) -> Iterator[str]:
     if "\\" in name:
         yield "has a backslash in its name: only slashes separate folders"
     if not name.isascii():
-        yield "has a name that is not ASCII: hosts unpack it under another one"
+        yield Advice("has a name that is not ASCII: some hosts unpack it under another one")
     if name.startswith("/") or re.match(r"[A-Za-z]:", name) or ".." in re.split(r"[/\\]", name):
         yield "leads out of the folder that the FMU is unpacked to"
     if stat.S_ISLNK(entry.external_attr >> 16):
         yield "is a symbolic link"
     if entry.flag_bits & ENCRYPTED:
         yield "is encrypted"
+    if entry.flag_bits & SIZES_BEHIND and entry.compress_type == zipfile.ZIP_STORED:
+        yield "is stored with general purpose bit 3 set, its size behind it: only deflated entries may be"
     if entry.compress_type not in (zipfile.ZIP_STORED, DEFLATED):
         yield f"is packed by method {entry.compress_type}: only 0 (store) and 8 (deflate) are FMI's"
     if entry.extract_version > OLDEST_UNZIP:
         yield f"needs version {entry.extract_version / 10} of ZIP to unpack: FMI demands 2.0 at most"
 
 
+CRYPTIC = re.compile(r"-?\d+|list index out of range")  # what fmpy says of what `dangling` names
+
+
+def dangling(folder: Path) -> Iterator[str]:
+    """References in the description to variables that there are not."""
+    try:
+        root = etree.parse(str(folder / "modelDescription.xml")).getroot()
+    except (OSError, etree.XMLSyntaxError):
+        return  # fmpy says so
+    is_fmi2 = (root.get("fmiVersion") or "").startswith("2")
+    there = root.findall("ModelVariables/*")
+    known = (
+        {str(index) for index in range(1, len(there) + 1)} if is_fmi2 else {one.get("valueReference") for one in there}
+    )
+    own = "index" if is_fmi2 else "valueReference"
+    for element in root.iterfind("ModelStructure//*"):
+        if isinstance(element.tag, str) and element.get(own) is not None:
+            for word in (element.get(own), *(element.get("dependencies") or "").split()):
+                if word not in known:
+                    yield f"{element.tag} (line {element.sourceline}) names the variable {word}, which there is not"
+    if not is_fmi2:
+        for variable in there:
+            words = (variable.get("clocks") or "").split()
+            words += [word for one in variable.findall("Dimension") if (word := one.get("valueReference")) is not None]
+            for word in words:
+                if word not in known:
+                    place = f"{variable.get('name')} (line {variable.sourceline})"
+                    yield f"{place} names the variable {word}, which there is not"
+
+
 def description(fmu: Subject) -> Iterator[str]:
-    """Everything that fmpy finds."""
-    problems = validate_fmu(str(fmu.folder))
+    """Everything that fmpy finds, and an interface type."""
+    problems = [
+        *dangling(fmu.folder),
+        *(problem for problem in validate_fmu(str(fmu.folder)) if not CRYPTIC.fullmatch(problem)),
+    ]
     yield from problems
+    if not problems and not fmu.interfaces:
+        yield "it offers no interface type: neither co-simulation nor model exchange nor scheduled execution"
 
 
 def value_references(fmu: Subject) -> Iterator[str]:
     """FMI 2.0: variables with one reference are one variable, so at most one of them may be set or has a start."""
     if not fmu.is_fmi2:
         raise NotApplicable("FMI 3.0 knows no such aliases; fmpy reports doubles under description")
-    sets: dict[tuple, list] = {}
+    sets: dict[tuple[str, int], list[Any]] = {}
     for variable in fmu.description.modelVariables:
         base = {"Enumeration": "Integer"}.get(variable.type, variable.type)
         sets.setdefault((base, variable.valueReference), []).append(variable)
@@ -121,6 +201,85 @@ def value_references(fmu: Subject) -> Iterator[str]:
             yield f"{named}: the units differ"
 
 
+def variables(fmu: Subject) -> Iterator[str]:
+    """Numbers that contradict one another, attributes where they must not be."""
+    kinds, description = fmu.interfaces, fmu.description  # FMI 1.0 has none that are judged
+    root = fmu.root
+    for variable in (*description.typeDefinitions, *description.modelVariables):
+        yield from contradictions(variable)
+    states = [unknown.variable.derivative for unknown in description.derivatives]
+    for unknown, state in zip(description.derivatives, states, strict=True):
+        if state is None:
+            continue  # fmpy says so, under description
+        if state.causality not in ("local", "output") or state.variability != "continuous":
+            yield f"{unknown.variable.name} is declared as the derivative of {state.name}, which is no state"
+        elif state is unknown.variable:
+            yield f"{state.name} is declared as its own derivative"
+        if states.count(state) > 1 and states.index(state) == description.derivatives.index(unknown):
+            yield f"{state.name} has {states.count(state)} derivatives in the model structure"
+    for variable in description.modelVariables:
+        base = variable.derivative
+        if base is not None and base not in states and base.variability != "continuous":
+            yield f"{variable.name} is declared as the derivative of {base.name}, which is no continuous variable"
+    if len(independent := [v.name for v in description.modelVariables if v.causality == "independent"]) > 1:
+        yield f"{listed(independent)} are all independent: there is one such variable"
+    names = {state.name for state in states if state is not None}
+    for element in root.find("ModelVariables").iter():
+        if isinstance(element.tag, str) and element.get("reinit") in ("true", "1"):
+            name = element.get("name") or element.getparent().get("name")
+            if name not in names:
+                yield f"{name} has reinit, and is no continuous state"
+    yield from experiment_problems(fmu)
+    for kind in kinds:
+        given = root.find(kind)
+        for promise, needed in IMPLIED.items():
+            if given.get(promise) in ("true", "1") and given.get(needed) not in ("true", "1"):
+                yield f"{kind} declares {promise} without {needed}"
+        if number(given.get("fixedInternalStepSize"), 1.0) <= 0:
+            yield f"{kind} declares fixedInternalStepSize {given.get('fixedInternalStepSize')}: it must be positive"
+
+
+IMPLIED = {"canSerializeFMUstate": "canGetAndSetFMUstate", "canSerializeFMUState": "canGetAndSetFMUState",
+           "canReturnEarlyAfterIntermediateUpdate": "providesIntermediateUpdate"}  # fmt: skip
+
+
+def contradictions(variable: Any) -> Iterator[str]:
+    """min, max, nominal and start of a variable, or of a type."""
+    least, most = limits_of(variable)
+    name = variable.name
+    if least > most:
+        yield f"{name}: its min {least:g} is above its max {most:g}"
+    if number(getattr(variable, "nominal", None), 1.0) == 0:
+        yield f"{name}: its nominal value is 0"
+    start = getattr(variable, "start", None)
+    if start is None or variable.type in ("Boolean", "String", "Binary", "Clock", "Enumeration"):
+        return
+    for word in start.split():
+        if not least <= number(word, least) <= most and least <= most:
+            yield f"{name} starts with {word}, outside {least:g} to {most:g}"
+            break
+
+
+def experiment_problems(fmu: Subject) -> Iterator[str]:
+    settings = fmu.description.defaultExperiment
+    if settings is None:
+        return
+    start, stop = number(settings.startTime, 0.0), number(settings.stopTime, None)
+    if stop is not None and stop < start:
+        yield f"the default experiment stops at {stop:g} s, before it starts at {start:g} s"
+    for what in ("stepSize", "tolerance"):
+        if number(getattr(settings, what), 1.0) <= 0:
+            yield f"the default experiment has the {what} {getattr(settings, what)}: it must be positive"
+
+
+def units(fmu: Subject) -> Iterator[str]:
+    """Units whose names say one thing and whose definitions another."""
+    if not fmu.interfaces or not fmu.description.unitDefinitions:
+        raise NotApplicable("it defines no units")
+    for unit in fmu.description.unitDefinitions:
+        yield from map(Advice, disagreements(unit))
+
+
 def files(fmu: Subject) -> Iterator[str]:
     """Sources, documentation, icons and what a manifest lists."""
     for configuration in fmu.description.buildConfigurations:
@@ -131,6 +290,13 @@ def files(fmu: Subject) -> Iterator[str]:
             for name in sources.includeDirectories:
                 if not (fmu.folder / "sources" / name).is_dir():
                     yield f"sources/{name}, listed as a folder of headers, is missing"
+    strangers = sorted(
+        name
+        for name in fmu.files
+        if name not in KNOWN_FILES and ("/" not in name or name.split("/")[0] not in KNOWN_FOLDERS)
+    )
+    if strangers:
+        yield Advice(f"{listed(strangers)}: outside the folders that the standard knows")
     yield from dead_links(fmu)
     for image in ("documentation/diagram", "icons/icon", "terminalsAndIcons/icon"):
         if f"{image}.svg" in fmu.files and f"{image}.png" not in fmu.files:
@@ -148,7 +314,7 @@ def dead_links(fmu: Subject) -> Iterator[str]:
     """Relative links in the documentation that lead nowhere."""
     for name in sorted(fmu.files):
         if name.startswith("documentation/") and name.endswith((".html", ".htm")):
-            page = html.document_fromstring((fmu.folder / name).read_bytes() or b"<html/>")
+            page: Any = html.document_fromstring((fmu.folder / name).read_bytes() or b"<html/>")
             for _, attribute, link, _ in page.iterlinks():
                 parts = urlsplit(link.strip())
                 if parts.scheme or parts.netloc or not parts.path or attribute == "xmlns":
@@ -176,11 +342,13 @@ def manifest_problems(fmu: Subject, name: str) -> Iterator[str]:
         target = posixpath.normpath(posixpath.join(folder, unquote(source)))
         if target not in fmu.files:
             yield f"{name} lists {source}, which is missing"
-        elif related.get("checksum"):
-            algorithm = (related.get("checksumType") or "SHA3-256").lower().replace("sha-", "sha").replace("-", "_")
-            found = hashlib.new(algorithm, (fmu.folder / target).read_bytes()).hexdigest()
-            if found != related.get("checksum").lower():
-                yield f"{name}: {source} has changed: its {related.get('checksumType') or 'SHA3-256'} is another"
+            continue
+        for given in related.iter():  # attributes of it in newer versions of FMI-LS-REF, before of an annotation
+            if wanted := given.get("checksum"):
+                algorithm = (given.get("checksumType") or "SHA3-256").lower().replace("sha-", "sha").replace("-", "_")
+                found = hashlib.new(algorithm, (fmu.folder / target).read_bytes()).hexdigest()
+                if found != wanted.lower():
+                    yield f"{name}: {source} has changed: its {given.get('checksumType') or 'SHA3-256'} is another"
 
 
 def terminals(fmu: Subject) -> Iterator[str]:
@@ -196,7 +364,8 @@ def terminals(fmu: Subject) -> Iterator[str]:
         return
     schema = etree.XMLSchema(file=str(SCHEMAS / "fmi3TerminalsAndIcons.xsd"))
     if not schema.validate(root):
-        yield from (f"{name}, line {entry.line}: {entry.message}" for entry in schema.error_log)
+        log: Any = schema.error_log
+        yield from (f"{name}, line {entry.line}: {entry.message}" for entry in log)
     known = {variable.name for variable in fmu.description.modelVariables}
     for member in root.iter("TerminalMemberVariable", "TerminalStreamMemberVariable"):
         for attribute in ("variableName", "inStreamVariableName", "outStreamVariableName"):
@@ -210,13 +379,14 @@ def terminals(fmu: Subject) -> Iterator[str]:
 
 def binaries(fmu: Subject) -> Iterator[str]:
     """Each platform's folder has what the description names, of the format and the processor that it is for."""
+    kinds = fmu.interfaces
     folders = {name.split("/")[1] for name in fmu.files if name.startswith("binaries/") and name.count("/") > 1}
     has_sources = any(name.startswith("sources/") for name in fmu.files)
     if not folders and not has_sources:
         yield "it has neither binaries nor sources"
     for folder in sorted(folders):
         system, processor = FMI2_FOLDERS.get(folder) or reversed(re.split("-", folder + "-")[:2])
-        for kind, interface in fmu.interfaces.items():
+        for kind, interface in kinds.items():
             stem = f"binaries/{folder}/{interface.modelIdentifier}"
             there = [
                 f"{stem}{suffix}"
@@ -224,7 +394,8 @@ def binaries(fmu: Subject) -> Iterator[str]:
                 if f"{stem}{suffix}" in fmu.files
             ]
             if not there:
-                yield f"binaries/{folder} has no {interface.modelIdentifier} for {kind}"
+                lacking = f"binaries/{folder} has no {interface.modelIdentifier} for {kind}"
+                yield lacking if system in SYSTEMS else Advice(f"{lacking}, and is no platform's folder")
         for binary in (name for name in fmu.binaries if name.startswith(f"binaries/{folder}/")):
             found = fmu.inspected(binary)
             if system in SYSTEMS and found["format"] != SYSTEMS[system]:
@@ -253,7 +424,7 @@ def symbols(fmu: Subject) -> Iterator[str]:
     for binary in some_binaries(fmu):
         exports = set(fmu.inspected(binary)["exports"]) - LEFT_BY_LINKERS
         if foreign := sorted(name for name in exports if not re.match(r"fmi[23][A-Z]", name)):
-            yield f"{binary} exports {listed(foreign)}"
+            yield Advice(f"{binary} exports {listed(foreign)}")
 
 
 def libraries(fmu: Subject) -> Iterator[str]:
@@ -263,11 +434,11 @@ def libraries(fmu: Subject) -> Iterator[str]:
         beside = [name for name in found["needed"] if f"{folder}/{posixpath.basename(name)}" in fmu.files]
         allowed = LIBRARIES[found["format"]]
         if lacking := [name for name in found["needed"] if name not in beside and not allowed.fullmatch(name)]:
-            yield f"{binary} needs {listed(lacking)}: neither in the FMU nor on every machine"
+            yield Advice(f"{binary} needs {listed(lacking)}: neither in the FMU nor on every machine")
         if beside and found["format"] == "ELF" and not any("ORIGIN" in path for path in found["paths"]):
-            yield f"{binary} needs {listed(beside)} beside it, and looks elsewhere: its RPATH is not $ORIGIN"
+            yield Advice(f"{binary} needs {listed(beside)} beside it, and looks elsewhere: its RPATH is not $ORIGIN")
         if elsewhere := [path for path in found["paths"] if "ORIGIN" not in path]:
-            yield f"{binary} looks for libraries in {listed(elsewhere)}, of the machine that built it"
+            yield Advice(f"{binary} looks for libraries in {listed(elsewhere)}, of the machine that built it")
 
 
 def glibc(fmu: Subject) -> Iterator[str]:
@@ -277,9 +448,18 @@ def glibc(fmu: Subject) -> Iterator[str]:
         raise NotApplicable("it has no Linux binary")
     for binary in linux:
         asked = [name.removeprefix("GLIBC_") for name in fmu.inspected(binary)["versions"] if name.startswith("GLIBC_")]
-        newest = max((version(name) for name in asked if version(name)), default=(0, 0))
+        newest = max((found for name in asked if (found := version(name))), default=(0, 0))
         if newest > fmu.options.glibc:
-            yield f"{binary} needs glibc {dotted(newest)}; {dotted(fmu.options.glibc)} was to be enough"
+            yield Advice(f"{binary} needs glibc {dotted(newest)}; {dotted(fmu.options.glibc)} was to be enough")
+
+
+def heap_at_exit(fmu: Subject) -> Iterator[str]:
+    """PythonFMU's library writes into memory that was given back, when the process of its host ends."""
+    for binary in some_binaries(fmu):
+        found = fmu.inspected(binary)
+        if FINALIZER in found["exports"] and DESTRUCTOR in found.get("destructors", ()):
+            harm = "corrupts the heap when its host's process ends, which may abort that"
+            yield Advice(f"{binary}, of PythonFMU {VERSIONS}, {harm}: linkage-fmu mend takes it out")
 
 
 def some_binaries(fmu: Subject) -> list[str]:
