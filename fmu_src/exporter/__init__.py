@@ -1,0 +1,1 @@
+"""From interface.toml and the C sources to the .fmu: table, description, documentation, binaries, archive."""

@@ -15,10 +15,11 @@ from pathlib import Path
 
 from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
-from .archive import write_archive
+from .archive import put_in_place, write_archive
 from .documentation import documentation_content
 from .mach_o import universal
 from .model_description import FMI3, NATIVE, TWIN, Edition, model_description_xml
+from .python_fmu import mended
 from .reference import reference_content
 from .sources import source_content
 from .terminals import terminal_content
@@ -81,7 +82,7 @@ def build_twin(output: Path) -> Path:
     """Write `output`/twin/TransplanterLinkageTwin.fmu by PythonFMU; returns its path.
 
     PythonFMU's own description knows no units and no dependencies, and its archive the time of
-    day: both are replaced.
+    day: both are replaced. Its library is mended. Raises TwinError, PythonFmuError.
     """
     interface = load_interface()
     twin = compiler.SOURCE_ROOT / "twin"
@@ -102,7 +103,7 @@ def build_twin(output: Path) -> Path:
             raise TwinError(f"the twin does not load:\n{done.stderr.strip()}")
         with zipfile.ZipFile(raw) as archive:
             content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
-    content |= carried(interface, TWIN)
+    content |= carried(interface, TWIN) | mended(content)
     # the archive carries PythonFMU's binaries and modules
     content["documentation/licenses/PythonFMU.txt"] = license_text("pythonfmu")
     fmu = output / "twin" / f"{interface.model.name}{TWIN.suffix}.fmu"
@@ -119,8 +120,8 @@ def write_example_input(output: Path) -> Path:
     """Write `output`/fmi2/one_turn.csv: an input table of one crank turn for fmpy's command line."""
     interface = load_interface()
     path = output / "fmi2" / "one_turn.csv"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(example_input(interface), encoding="utf-8")
+    with put_in_place(path) as unfinished:
+        unfinished.write_text(example_input(interface), encoding="utf-8")
     return path
 
 

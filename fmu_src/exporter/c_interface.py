@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..interface import Interface, InterfaceError, Variable
+from ..interface import Computed, Interface, InterfaceError, Parameter, Variable
 
 BANNER = "/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */\n"
 
 NOT_REAL_BIT = 15  # above the EVALUATION_ bits
-GREATEST_VALUE = 1e60
 
 
 def header(interface: Interface) -> str:
@@ -35,7 +34,8 @@ def header(interface: Interface) -> str:
 #define INTERFACE_TOKEN "{interface.token}"
 
 /* Names of the categories under which messages are logged. */
-#define INTERFACE_LOG_CATEGORIES {", ".join(f'"{name}"' for name in interface.log_categories)}
+{"#define INTERFACE_LOG_CATEGORIES":<99}\\
+    {", ".join(f'"{name}"' for name in interface.log_categories)}
 
 /* Value references. */
 enum {{
@@ -51,23 +51,25 @@ enum {{
     EVALUATION_NOT_REAL = 1 << {NOT_REAL_BIT} /* in the same place: no real at all */
 }};
 
-/* Inputs and parameters are within +- this, so that no output can overflow: the fourth power of a
- * speed, over the smallest determinant to the seventh, stays a number. */
-#define INTERFACE_GREATEST_VALUE {GREATEST_VALUE!r}
+/* Inputs and parameters are within +- this, so that no output can overflow. */
+#define INTERFACE_GREATEST_VALUE {interface.model.greatest_value!r}
 
-/* When a variable may be set, as bits: until the end of initialization, and from then on. */
+/* When a variable may be set, as bits: until the end of initialization, from then on, and from then
+ * on where the host integrates the continuous states (Model Exchange). */
 enum {{
     ACCESS_READ_ONLY = 0,
     ACCESS_REAL_BEFORE_START = 1,
     ACCESS_REAL_LATER = 2,
     ACCESS_BOOLEAN_BEFORE_START = 4,
-    ACCESS_BOOLEAN_LATER = 8
+    ACCESS_BOOLEAN_LATER = 8,
+    ACCESS_STATE_LATER = 16
 }};
 
 typedef struct {{
     const char *name;
     double start;
     double least, greatest; /* what it may be set to */
+    double smallest;        /* the least magnitude of a value but 0 */
     int input; /* the number of an input among the inputs, else -1 */
     int is_output;
 }} InterfaceVariable;
@@ -85,8 +87,18 @@ def source(interface: Interface) -> str:
     """interface.c: the table of variables."""
     return f"""{BANNER}#include "interface.h"
 
+#include "../linkage/linkage.h"
+
+#include <stddef.h>
+
+/* The geometry is read as one piece out of a list of values: its members stand in the order of
+ * their value references, or an array here has a negative size. */
+{_lines(_in_place(symbol, place) for place, symbol in enumerate(interface.geometry))}
+typedef char geometry_is_complete
+    [sizeof(LinkageGeometry) == {len(interface.geometry)} * sizeof(double) ? 1 : -1];
+
 INTERNAL const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
-    {{"(no variable)", 0.0, 0.0, 0.0, -1, 0}},
+    {{"(no variable)", 0.0, 0.0, 0.0, 0.0, -1, 0}},
 {_lines(_row(interface, v) for v in interface.variables)}
 }};
 
@@ -102,23 +114,32 @@ INTERNAL const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
 """
 
 
+def _in_place(symbol: str, place: int) -> str:
+    offset = f"offsetof(LinkageGeometry, {symbol})"
+    return f"typedef char geometry_{symbol}_is_in_place\n    [{offset} == {place} * sizeof(double) ? 1 : -1];"
+
+
 def _row(interface: Interface, v: Variable) -> str:
-    inputs = interface.of_kind("input")
-    number = inputs.index(v) if v in inputs else -1
-    least, greatest = v.range or (-GREATEST_VALUE, GREATEST_VALUE)
-    fields = float(v.start or 0.0), least, greatest, number, int(v.kind == "output")
+    inputs = [variable.name for variable in interface.of_kind("input")]
+    number = inputs.index(v.name) if v.name in inputs else -1
+    smallest = v.smallest if isinstance(v, Parameter) else 0.0
+    fields = float(v.start or 0.0), *interface.limits(v), smallest, number, int(v.kind == "output")
     return f'    {{"{v.name}", {", ".join(map(repr, fields))}}},'
 
 
 def _evaluation(v: Variable) -> str:
-    return "NOT_REAL" if v.type == "boolean" else (v.computed_by or "none").upper()
+    if v.type == "boolean":
+        return "NOT_REAL"
+    return v.computed_by.upper() if isinstance(v, Computed) else "NONE"
 
 
 def _access(v: Variable) -> str:
     type_ = v.type.upper()
     if v.kind == "input":
         return f"ACCESS_{type_}_BEFORE_START | ACCESS_{type_}_LATER"
-    if v.kind == "parameter" or v.is_state:
+    if v.is_state:
+        return f"ACCESS_{type_}_BEFORE_START | ACCESS_STATE_LATER"
+    if v.kind == "parameter":
         return f"ACCESS_{type_}_BEFORE_START"
     return "ACCESS_READ_ONLY"
 

@@ -68,6 +68,16 @@ PLATFORMS = {
 }
 
 
+SYSTEMS = {".so": "linux", ".dll": "windows", ".dylib": "darwin"}  # by the suffix of their libraries
+
+
+def compiler_library() -> Path:
+    """Where the compiler has the headers and sources of the C libraries."""
+    import ziglang
+
+    return Path(ziglang.__file__).parent / "lib"
+
+
 def host_platform() -> Platform:
     """The platform that this Python runs on; raises CompileError where it is none of PLATFORMS."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
@@ -101,12 +111,16 @@ def compile_program(sources: tuple[Path, ...], program: Path, target: Platform, 
 
 def mingw_license() -> bytes:
     """Of the start-up code that each Windows library carries along."""
-    import ziglang
-
-    return (Path(ziglang.__file__).parent / "lib" / "libc" / "mingw" / "COPYING").read_bytes()
+    return (compiler_library() / "libc" / "mingw" / "COPYING").read_bytes()
 
 
 def run_compiler(target: Platform, *options: str) -> None:
+    """Run it with the options of this project besides; raises CompileError with what it said where it refuses."""
+    if not (compiler_library() / "libc" / "include" / f"any-{SYSTEMS[target.suffix]}-any").is_dir():
+        raise CompileError(
+            f"{target.name}: the compiler that `make run` installs is for this machine alone: "
+            "`make test` and `make dist` install the whole one, as does pip install --force-reinstall ziglang"
+        )
     libraries = () if target.suffix == ".dll" else ("-lm",)
     command = [
         sys.executable, "-m", "ziglang", "cc", "-target", target.target, *WARNINGS, *ARITHMETIC,

@@ -33,6 +33,8 @@ def universal(libraries: Iterable[bytes]) -> bytes:
 
 
 def _processor(library: bytes) -> int:
+    magic: int
+    processor: int
     magic, processor = struct.unpack_from("<II", library.ljust(8, b"\0"))
     if magic != MACH_O_64:
         raise ValueError(f"no 64-bit Mach-O library: it begins with {magic:#010x}")

@@ -8,7 +8,7 @@ from pathlib import Path
 import fmpy
 from lxml import etree
 
-from ..interface import Interface, Unit, Variable
+from ..interface import Computed, Derivative, Interface, Output, Parameter, Unit, Variable
 from .sources import source_name
 from .version import generation_tool, project_version
 
@@ -108,13 +108,13 @@ def model_description_xml(interface: Interface, edition: Edition) -> bytes:
     if edition.fmi == 2:
         root.set("numberOfEventIndicators", "0")
     for interface_type, capabilities in edition.capabilities.items():
-        etree.SubElement(root, interface_type, modelIdentifier=name, **capabilities)
+        etree.SubElement(root, interface_type, {"modelIdentifier": name} | capabilities)
     units = etree.SubElement(root, "UnitDefinitions")
     for unit in interface.units.values():
         _add_unit(units, unit)
     categories = etree.SubElement(root, "LogCategories")
-    for name, description in interface.log_categories.items():
-        etree.SubElement(categories, "Category", name=name, description=description)
+    for category, description in interface.log_categories.items():
+        etree.SubElement(categories, "Category", name=category, description=description)
     etree.SubElement(
         root,
         "DefaultExperiment",
@@ -127,20 +127,23 @@ def model_description_xml(interface: Interface, edition: Edition) -> bytes:
         _ADD_VARIABLE[edition.fmi](variables, interface, variable)
     _ADD_STRUCTURE[edition.fmi](etree.SubElement(root, "ModelStructure"), interface)
     if edition.fmi == 2 and edition.has_sources:  # FMI 3.0 has sources/buildDescription.xml
-        for interface_type in root.iterchildren("ModelExchange", "CoSimulation"):
-            etree.SubElement(etree.SubElement(interface_type, "SourceFiles"), "File", name=source_name(interface))
+        for element in root.iterchildren("ModelExchange", "CoSimulation"):
+            etree.SubElement(etree.SubElement(element, "SourceFiles"), "File", name=source_name(interface))
 
     schema = etree.XMLSchema(etree.parse(str(SCHEMAS / f"fmi{edition.fmi}" / f"fmi{edition.fmi}ModelDescription.xsd")))
-    if not schema.validate(root):
-        raise ModelDescriptionError(f"modelDescription.xml: {schema.error_log.last_error}")
+    try:
+        schema.assertValid(root)
+    except etree.DocumentInvalid as problem:
+        raise ModelDescriptionError(f"modelDescription.xml: {problem}") from None
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
 def _add_unit(units: etree._Element, unit: Unit) -> None:
     element = etree.SubElement(units, "Unit", name=unit.name)
     etree.SubElement(element, "BaseUnit", {base: str(exponent) for base, exponent in unit.exponents.items()})
-    if unit.display_name is not None:
-        etree.SubElement(element, "DisplayUnit", name=unit.display_name, factor=repr(unit.display_factor))
+    if unit.display is not None:
+        name, factor = unit.display
+        etree.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
 def _attributes(variable: Variable) -> dict[str, str]:
@@ -154,7 +157,7 @@ def _attributes(variable: Variable) -> dict[str, str]:
     }
     if variable.kind == "parameter" or variable.is_state:
         attributes["initial"] = "exact"
-    elif variable.computed_by is not None:
+    elif isinstance(variable, Computed):
         attributes["initial"] = "calculated"
     return attributes
 
@@ -166,11 +169,11 @@ def _type_attributes(interface: Interface, variable: Variable) -> dict[str, str]
         attributes["unit"] = variable.unit.name
         if variable.unit.display_name is not None:
             attributes["displayUnit"] = variable.unit.display_name
-    if variable.range is not None:
+    if isinstance(variable, Parameter) and variable.range is not None:
         attributes["min"], attributes["max"] = map(repr, variable.range)
     if variable.start is not None:
         attributes["start"] = str(variable.start).lower() if variable.type == "boolean" else repr(variable.start)
-    if variable.of is not None:
+    if isinstance(variable, Derivative):
         attributes["derivative"] = str(interface[variable.of].value_reference)
     return attributes
 
@@ -187,8 +190,9 @@ def _add_variable_fmi3(variables: etree._Element, interface: Interface, variable
     etree.SubElement(variables, {"real": "Float64", "boolean": "Boolean"}[variable.type], attributes)
 
 
-def _initially(variable: Variable) -> dict[str, str]:
-    return dict.fromkeys(variable.initially, "dependent") | variable.depends
+def _initially(variable: Computed) -> dict[str, str]:
+    parameters = variable.initially if isinstance(variable, Output) else ()
+    return dict.fromkeys(parameters, "dependent") | variable.depends
 
 
 def _add_structure_fmi2(structure: etree._Element, interface: Interface) -> None:
@@ -202,7 +206,7 @@ def _add_structure_fmi2(structure: etree._Element, interface: Interface) -> None
 
 
 def _add_unknown_fmi2(
-    parent: etree._Element, interface: Interface, variable: Variable, depends: dict[str, str]
+    parent: etree._Element, interface: Interface, variable: Computed, depends: dict[str, str]
 ) -> None:
     """The index of a variable is its value reference: both count from 1."""
     etree.SubElement(parent, "Unknown", {"index": str(variable.value_reference)} | _dependencies(interface, depends))
@@ -218,7 +222,7 @@ def _add_structure_fmi3(structure: etree._Element, interface: Interface) -> None
 
 
 def _add_unknown_fmi3(
-    structure: etree._Element, element: str, interface: Interface, variable: Variable, depends: dict[str, str]
+    structure: etree._Element, element: str, interface: Interface, variable: Computed, depends: dict[str, str]
 ) -> None:
     etree.SubElement(
         structure, element, {"valueReference": str(variable.value_reference)} | _dependencies(interface, depends)

@@ -7,37 +7,28 @@ with parameters, inputs ("stimuli") and exact results ("references") as CSV, and
 annotation of the results: the format has none.
 
 What is packed is declared in fmu_src/reference/experiments.toml and computed there by the oracle of the tests,
-in 50-digit arithmetic: building an FMU copies it. `read_reference` reads it back, from any FMU that has such.
+in 50-digit arithmetic: building an FMU copies it. formats/ls_ref.py reads it back, from any FMU that has such.
 """
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import posixpath
-import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from urllib.parse import unquote
 
-import numpy as np
 from lxml import etree
 
-from ..interface import Interface, tomllib
+from ..formats.ls_ref import CHECKSUM, EXPERIMENTS_TYPE, FOLDER, SSC, SSV, TOLERANCES
+from ..interface import Interface, Unit, read_toml
 from .compiler import SOURCE_ROOT
 
 SOURCE = SOURCE_ROOT / "reference"
-FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
-MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"
 VERSION = "1.0.0-beta.1"  # of FMI-LS-REF
 DESCRIPTION = "Layered Standard providing information on related files included in an FMU."  # fixed by its schema
 MANIFEST_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 EXPERIMENTS = "reference.exp"
-EXPERIMENTS_TYPE = "application/x-ma-hs-experiments"
 NOMINAL = "nominal.ssv"
 SSV_TYPE = "application/x-ssp-parameter-set"
-SSV, SSC = (f"http://ssp-standard.org/SSP1/SystemStructure{part}" for part in ("ParameterValues", "Common"))
-TOLERANCES = "transplanter-linkage.tolerances"  # the type of our annotation
 
 
 # ---- what is packed ------------------------------------------------------------------------------
@@ -78,7 +69,7 @@ def _multiples(step: float, stop: float) -> list[float]:
 
 def definitions(interface: Interface) -> list[Definition]:
     """The experiments of experiments.toml; raises ValueError where one names what the interface has not."""
-    table = tomllib.loads((SOURCE / "experiments.toml").read_text(encoding="utf-8"))
+    table = read_toml(SOURCE / "experiments.toml")
     found = [Definition(**entry) for entry in table["experiment"]]
     known = {variable.name for variable in interface.of_kind("parameter")}
     units = {variable.unit.name for variable in interface.of_kind("output")}
@@ -134,13 +125,17 @@ def parameter_set(interface: Interface, name: str, changed: dict[str, float]) ->
     """The geometry as SSV: the nominal set but for what is `changed`."""
     root = etree.Element(f"{{{SSV}}}ParameterSet", nsmap={"ssv": SSV, "ssc": SSC}, version="1.0", name=name)
     parameters = etree.SubElement(root, f"{{{SSV}}}Parameters")
-    geometry = [interface[f"geometry.{symbol}"] for symbol in interface.geometry]
+    geometry = [variable for variable in interface.of_kind("parameter") if variable.name.startswith("geometry.")]
+    used: dict[str, Unit] = {}
     for variable in geometry:
+        if variable.unit is None:
+            raise ValueError(f"{variable.name}: a parameter of the geometry has a unit")
+        used[variable.unit.name] = variable.unit
         element = etree.SubElement(parameters, f"{{{SSV}}}Parameter", name=variable.name)
         value = changed.get(variable.name, variable.start)
         etree.SubElement(element, f"{{{SSV}}}Real", value=repr(value), unit=variable.unit.name)
     units = etree.SubElement(root, f"{{{SSV}}}Units")
-    for unit in {variable.unit.name: variable.unit for variable in geometry}.values():
+    for unit in used.values():
         element = etree.SubElement(units, f"{{{SSC}}}Unit", name=unit.name)
         etree.SubElement(element, f"{{{SSC}}}BaseUnit", {base: str(power) for base, power in unit.exponents.items()})
     return _xml(root)
@@ -151,153 +146,13 @@ def _manifest(files: dict[str, bytes], related: list[tuple[str, str, str, str]])
     attributes = {f"{{{MANIFEST_NAMESPACE}}}fmi-ls-{name}": value for name, value in ls.items()}
     root = etree.Element("fmiReferences", attributes, nsmap={"fmi-ls": MANIFEST_NAMESPACE})
     for kind, source, role, description in related:
-        checksum = hashlib.sha3_256(files[source]).hexdigest()
-        etree.SubElement(root, "Related", type=kind, source=source, role=role, description=description,
-                         checksum=checksum, checksumType="SHA3-256")  # fmt: skip
+        entry = etree.SubElement(root, "Related", type=kind, source=source, role=role, description=description)
+        # 1.0.0-beta.1 has no attribute for it; its successor's, checksum and checksumType, have these names and values
+        annotation = etree.SubElement(etree.SubElement(entry, "Annotations"), "Annotation", type=CHECKSUM)
+        digest = hashlib.sha3_256(files[source]).hexdigest()
+        etree.SubElement(annotation, "Checksum", checksum=digest, checksumType="SHA3-256")
     return _xml(root)
 
 
 def _xml(root: etree._Element) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-
-
-# ---- what is read back ---------------------------------------------------------------------------
-
-
-class UnreadableReference(ValueError):
-    """What an FMU carries as reference results cannot be read; the message names the file and the reason."""
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """One experiment as an FMU carries it. Tables are as fmpy's simulate_fmu takes and returns them: structured
-    arrays, the column "time" first. `tolerances` are absolute, by variable; empty where the FMU states none.
-    """
-
-    name: str
-    description: str
-    start: float | None
-    stop: float | None
-    step: float | None
-    parameters: dict[str, float | bool]
-    inputs: np.ndarray | None
-    results: np.ndarray | None
-    tolerances: dict[str, float]
-
-
-def read_reference(fmu: Path | str) -> list[Experiment]:
-    """The experiments of an FMU's manifest, in its order; none where it has no manifest or no experiments.
-
-    Raises UnreadableReference where a file that the manifest or an experiment names is missing, was changed since
-    (checksum), or cannot be read.
-    """
-    try:
-        with zipfile.ZipFile(fmu) as archive:
-            content = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
-    except (OSError, zipfile.BadZipFile) as problem:
-        raise UnreadableReference(f"{fmu}: {problem}") from None
-    if MANIFEST not in content:
-        return []
-    found: list[Experiment] = []
-    for related in _parse(content, MANIFEST).iter("Related"):
-        file = _resolve(MANIFEST, related.get("source", ""))
-        _check_sum(content, file, related)
-        if related.get("role", "").partition("/")[0] == "experiment" and related.get("type") == EXPERIMENTS_TYPE:
-            found += [_read_experiment(content, file, entry) for entry in _parse(content, file).iter("Experiment")]
-    return found
-
-
-def deviations(experiment: Experiment, found: np.ndarray) -> dict[str, tuple[float, float]]:
-    """For each variable that both tables have: the greatest absolute error, and the time at which it occurs.
-
-    Raises ValueError where `found` lacks one of the times (to 1e-9 s); a value that is no number is an infinite error.
-    """
-    times = experiment.results["time"]
-    rows = np.argmin(np.abs(found["time"][None, :] - times[:, None]), axis=1)
-    if (off := np.abs(found["time"][rows] - times)).max() > 1e-9:
-        missing = times[int(np.argmax(off))]
-        raise ValueError(f"{experiment.name}: no result at {missing:g} s; the exact ones are at {len(times)} times")
-    errors = {}
-    for name in experiment.results.dtype.names[1:]:
-        if name in found.dtype.names:
-            error = np.nan_to_num(np.abs(found[name][rows] - experiment.results[name]), nan=np.inf)
-            errors[name] = float(error.max()), float(times[int(np.argmax(error))])
-    return errors
-
-
-def read_table(text: str) -> np.ndarray:
-    """CSV with a line of names, "time" first, as a structured array of floats."""
-    names, *rows = csv.reader(text.splitlines())
-    if names[0] != "time" or not rows or len(set(names)) != len(names):
-        raise ValueError("a table has different names in its first line, time first, and numbers below")
-    return np.array([tuple(map(float, row)) for row in rows], dtype=[(name, float) for name in names])
-
-
-def _read_experiment(content: dict[str, bytes], file: str, entry: etree._Element) -> Experiment:
-    def source_of(element: etree._Element | None) -> str | None:
-        return None if element is None else _resolve(file, element.get("source", ""))
-
-    def table(element: etree._Element | None) -> np.ndarray | None:
-        if (source := source_of(element)) is None:
-            return None
-        try:
-            return read_table(_read(content, source).decode("utf-8-sig"))
-        except (ValueError, StopIteration) as problem:
-            raise UnreadableReference(f"{source}: {problem}") from None
-
-    # the draft's schema has the times in an element of their own, its text among the experiment's attributes
-    times = entry.find("TransientSimulation")
-    times = entry if times is None else times
-    start, stop, step = (
-        None if (value := times.get(name)) is None else float(value) for name in ("startTime", "stopTime", "stepSize")
-    )
-    results = entry.find("References")
-    parameters = source_of(entry.find("Parameters"))
-    return Experiment(
-        name=entry.get("name", ""),
-        description=entry.get("description", ""),
-        start=start,
-        stop=stop,
-        step=step,
-        parameters={} if parameters is None else _read_parameters(_parse(content, parameters)),
-        inputs=table(entry.find("Stimuli")),
-        results=table(results),
-        tolerances={t.get("variable"): float(t.get("absolute")) for t in entry.iterfind(
-            f"References/Annotations/Annotation[@type='{TOLERANCES}']/Tolerance")},
-    )
-
-
-def _read_parameters(root: etree._Element) -> dict[str, float | bool]:
-    values: dict[str, float | bool] = {}
-    for parameter in root.iter(f"{{{SSV}}}Parameter"):
-        for value in parameter:
-            if value.tag == f"{{{SSV}}}Boolean":
-                values[parameter.get("name")] = value.get("value") in ("true", "1")
-            elif value.tag == f"{{{SSV}}}Real":
-                values[parameter.get("name")] = float(value.get("value"))
-    return values
-
-
-def _resolve(base: str, source: str) -> str:
-    """A relative URI in a file of the archive as a name in the archive."""
-    return posixpath.normpath(posixpath.join(posixpath.dirname(base), unquote(source)))
-
-
-def _read(content: dict[str, bytes], file: str) -> bytes:
-    if file not in content:
-        raise UnreadableReference(f"{file}: named as reference, but not in the archive")
-    return content[file]
-
-
-def _parse(content: dict[str, bytes], file: str) -> etree._Element:
-    try:
-        return etree.fromstring(_read(content, file), etree.XMLParser(resolve_entities=False, no_network=True))
-    except etree.XMLSyntaxError as problem:
-        raise UnreadableReference(f"{file}: {problem}") from None
-
-
-def _check_sum(content: dict[str, bytes], file: str, related: etree._Element) -> None:
-    algorithm = related.get("checksumType", "SHA3-256").lower().replace("sha3-", "sha3_").replace("sha-", "sha")
-    wanted = related.get("checksum", "").lower()
-    if wanted and hashlib.new(algorithm, _read(content, file)).hexdigest() != wanted:
-        raise UnreadableReference(f"{file}: changed since the manifest was written: its {algorithm} is another")

@@ -62,8 +62,8 @@ def terminals_xml(interface: Interface) -> bytes:
             etree.SubElement(terminal, "TerminalMemberVariable", variableName=variable, memberName=member,
                              variableKind=FLOWS.get(variable, "signal"))  # fmt: skip
         corners = {"x1": x - HALF, "y1": y - HALF, "x2": x + HALF, "y2": y + HALF}
-        etree.SubElement(terminal, "TerminalGraphicalRepresentation", iconBaseName=icon,
-                         defaultConnectionColor="11 83 148",
-                         **{name: str(value) for name, value in corners.items()})  # fmt: skip
+        etree.SubElement(terminal, "TerminalGraphicalRepresentation",
+                         {"iconBaseName": icon, "defaultConnectionColor": "11 83 148"}
+                         | {name: str(value) for name, value in corners.items()})  # fmt: skip
     etree.XMLSchema(etree.parse(str(SCHEMA))).assertValid(root)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)

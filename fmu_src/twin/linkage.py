@@ -18,13 +18,14 @@ Not wrong, but of no use where phi3 passes 180 degrees, twice in the working cyc
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 try:
     from ..interface import load_interface
 except ImportError:  # inside the FMU the files lie side by side
-    from .interface import load_interface
+    from .interface import load_interface  # type: ignore[no-redef, import-untyped, import-not-found, unused-ignore]  # elsewhere
 
 NOMINAL = load_interface().geometry
 HIGHEST_ORDER = 3
@@ -90,7 +91,7 @@ class Solution:
     tip: tuple[np.ndarray, ...]
     angle: tuple[np.ndarray, ...]
     margin: np.ndarray
-    joints: dict[str, np.ndarray]
+    joints: dict[str, Any]
 
     def velocity(self, crank_speed: float) -> np.ndarray:
         """(16): velocity of J, complex, m/s; crank_speed in rad/s in the working direction. Needs order 1."""
@@ -144,7 +145,9 @@ def solve(geometry: Geometry, phi: float | np.ndarray, order: int = 2) -> Soluti
     return Solution(tuple(J), (phi9, *EF_rates), np.minimum(margin_ABD, margin_EFG), joints)
 
 
-def _close(name: str, phi: np.ndarray, start: list, end: list, start_length: float, end_length: float) -> tuple:
+def _close(
+    name: str, phi: Any, start: list[Any], end: list[Any], start_length: float, end_length: float
+) -> tuple[list[Any], list[Any], list[Any], Any]:
     """Two links, one from `start`, one from `end`, meet in a joint on the right of the line start to end.
 
     Returns the vectors p and q from start and from end to the joint, the rates of p's direction from order 1
@@ -158,7 +161,7 @@ def _close(name: str, phi: np.ndarray, start: list, end: list, start_length: flo
     with p takes p's unknown rate away and leaves q's; that with q the reverse. Both divide by the determinant
     p x q, which is 0 at dead points only.
     """
-    base = [e - s for s, e in zip(start, end)]
+    base = [e - s for s, e in zip(start, end, strict=True)]
     square = _dot(base[0], base[0])
     longest, shortest = start_length + end_length, abs(start_length - end_length)
     closes = (longest**2 - square) * (square - shortest**2)
@@ -174,7 +177,8 @@ def _close(name: str, phi: np.ndarray, start: list, end: list, start_length: flo
     q = [base[0] * ((difference - square) / (2 * square)) + height]
     determinant = -twice_area
 
-    p_rates, q_rates = [], []
+    p_rates: list[Any] = []
+    q_rates: list[Any] = []
     for base_n in base[1:]:
         p_known, q_known = _known(p_rates), _known(q_rates)
         p_rate = (_dot(q[0], base_n - p_known * p[0]) + np.real(q_known) * end_length**2) / determinant
@@ -186,7 +190,7 @@ def _close(name: str, phi: np.ndarray, start: list, end: list, start_length: flo
     return p, q, p_rates, twice_area / (start_length * end_length)
 
 
-def _known(rates: list[np.ndarray]) -> np.ndarray | float:
+def _known(rates: list[Any]) -> Any:
     """What lower orders tell of the next derivative of a turning link z: it is (i next_rate + this) z."""
     if not rates:
         return 0.0
@@ -195,6 +199,6 @@ def _known(rates: list[np.ndarray]) -> np.ndarray | float:
     return -3 * rates[0] * rates[1] - 1j * rates[0] ** 3
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _dot(a: Any, b: Any) -> Any:
     """Scalar product of two plane vectors."""
     return a.real * b.real + a.imag * b.imag

@@ -8,14 +8,23 @@ input derivatives, which PythonFMU does not pass on.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import pi
+from typing import ClassVar
 
 import numpy as np
 
 TURN = 2 * pi
 JUMP = pi / 2  # off what was expected, whole turns aside
-CLOSE = 0.05  # of a step: a sample nearer than this to the next one is left out
+MOST_GROWTH = 20.0  # of a step: a slope is carried on over at most this many times the gap it was seen over
+# How far a prediction may go: as a share of the largest change between samples; of the largest slope of a smooth
+# signal; of the smaller of the last two slopes of any other. See fmu_src/component/samples.h.
+FARTHEST_CHANGE = {"phi": 1.67, "w": 1.67, "a": 3.0}
+GREATEST_SLOPE, GREATEST_UNPROVEN = 3.0, 1.5
+ROUNDING = 16 * 2.0**-52  # of a value
+EVIDENCE = 0.02  # rad, that one sample may give against crank.w
 
 
 @dataclass(frozen=True)
@@ -42,50 +51,129 @@ def smaller(one: float, other: float) -> float:
     return 0.0 if one * other <= 0 else min(one, other, key=abs)
 
 
+def within(most: float, value: float) -> float:
+    return max(-most, min(most, value))
+
+
 @dataclass(frozen=True)
 class Samples:
     """The last samples of a signal, newest first: seconds before the newest one, and values."""
 
-    degree: int  # of the polynomial through them
+    source: str  # "phi", "w" or "a"
     ages: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
+    # Where one was taken away from a full history, its highest difference: how slopes were expected to change.
+    reserve: float | None = None
+    are_merged: bool = False  # samples right before the newest one were left out
+
+    DEGREES: ClassVar[dict[str, int]] = {"phi": 3, "w": 2, "a": 1}
+
+    @property
+    def degree(self) -> int:
+        """Of the polynomial through them."""
+        return self.DEGREES[self.source]
+
+    @property
+    def are_full(self) -> bool:
+        return len(self.ages) > self.degree or self.reserve is not None
 
     def add(self, value: float, gap: float, shift: float = 0.0) -> Samples:
         """With `value`, given `gap` seconds after the newest one; `shift` is added to the older values."""
-        ages = (0.0, *(age + gap for age in self.ages))
-        values = (value, *(old + shift for old in self.values))
-        return replace(self, ages=ages[: self.degree + 1], values=values[: self.degree + 1])
+        ages = (0.0, *(age + gap for age in self.ages))[: self.degree + 1]
+        values = (value, *(old + shift for old in self.values))[: self.degree + 1]
+        return Samples(self.source, ages, values, None, self.are_merged)
+
+    def without_close(self, gap: float, h: float) -> tuple[Samples, float]:
+        """Less those that lie close to a sample `gap` later, for a step of h; the gap to the newest one left."""
+        left = replace(self, are_merged=MOST_GROWTH * gap < h)
+        while MOST_GROWTH * gap < h and left.ages:
+            is_full = len(left.ages) > left.degree
+            gap += left.ages[1] if len(left.ages) > 1 else 0.0
+            ages = tuple(age - left.ages[1] for age in left.ages[1:])
+            reserve = left.differences()[left.degree - 1] if is_full else None
+            left = replace(left, ages=ages, values=left.values[1:], reserve=reserve)
+        return left, gap
+
+    def changes(self) -> list[float]:
+        """Between successive samples, the newest first."""
+        return [new - old for new, old in pairwise(self.values)]
+
+    def slopes(self) -> list[float]:
+        """Likewise."""
+        gaps = [then - now for now, then in pairwise(self.ages)]
+        return [change / gap for change, gap in zip(self.changes(), gaps, strict=True)]
 
     def differences(self) -> list[float]:
         """Newton's divided differences at the newest sample, orders 1, 2 and 3; 0 where samples are too few."""
         nodes, column, newton = [-age for age in self.ages], list(self.values), []
         for distance in range(1, len(nodes)):
-            column = [
-                (column[i] - column[i + 1]) / (nodes[i] - nodes[i + distance]) for i in range(len(column) - 1)
-            ]
+            column = [(column[i] - column[i + 1]) / (nodes[i] - nodes[i + distance]) for i in range(len(column) - 1)]
             newton.append(column[0])
         return newton + [0.0] * (3 - len(newton))
 
-    def derivatives(self, older: Samples) -> tuple[float, float, float]:
-        """First three time derivatives, at the newest sample, of the polynomial that continues the signal.
+    def derivatives(self, older: Samples, h: float) -> tuple[float, float, float]:
+        """First three time derivatives, at the newest sample, of the polynomial that goes on for h seconds.
 
         `older` are the samples without the newest one. Where that one tells of a jump, in what a polynomial of
-        degree 2 or 3 has slopes of, the smaller of the last two slopes goes on: the polynomial would overshoot.
+        degree 2 or 3 has slopes of, the smaller of the last two slopes goes on: the polynomial would overshoot. It
+        is of lower degree where it would go farther than the samples bear out.
         """
         newton, before = self.differences(), older.differences()
-        if self.degree > 1 and len(older.ages) > self.degree:
+        if older.reserve is not None:
+            before[self.degree - 1] = older.reserve
+        one, two, three = (*self.ages, 0.0, 0.0, 0.0)[1:4]
+        is_smooth = self.degree > 1 and older.are_full
+        if is_smooth:
             slope, higher = self.degree - 2, self.degree - 1
             expected = before[higher] * self.ages[-1]
             if abs(newton[slope] - before[slope] - expected) > 0.75 * (abs(before[slope]) + abs(expected)):
                 newton[slope] = smaller(newton[slope], before[slope])
                 newton[higher] = 0.0
+                is_smooth = False
+        slopes = (self.slopes()[:1] + older.slopes())[:3]
+        changes = (self.changes()[:1] + older.changes())[:3]
+        rounding = ROUNDING * abs(self.values[0])
+        if changes and abs(changes[0]) <= rounding:
+            newton[0] = 0.0
+        if abs(newton[1] * one * two) <= rounding:
+            newton[1] = 0.0
+            if abs(newton[2] * one * two * three) <= 4 * rounding:
+                newton[2] = 0.0
+        self._restrain(newton, slopes, changes, is_smooth and not self.are_merged, h)
         first, second, third = newton
-        one, two = (self.ages + (0.0, 0.0, 0.0))[1:3]
         return first + one * (second + two * third), 2 * (second + (one + two) * third), 6 * third
 
-    def without_newest(self) -> Samples:
-        """The older samples, their ages still counted from the one taken away."""
-        return replace(self, ages=self.ages[1:], values=self.values[1:])
+    def _restrain(
+        self, newton: list[float], slopes: list[float], changes: list[float], is_smooth: bool, h: float
+    ) -> None:
+        """Lower the degree until the polynomial goes no farther in h seconds than is believed."""
+        one, two = (*self.ages, 0.0, 0.0)[1:3]
+
+        def change() -> float:
+            return abs(h * (newton[0] + (h + one) * (newton[1] + (h + two) * newton[2])))
+
+        share = FARTHEST_CHANGE[self.source]
+        if not changes or change() <= share * abs(changes[0]):
+            return
+        steepest = [abs(slope) for slope in slopes]
+        if is_smooth:
+            believed = GREATEST_SLOPE * max(steepest)
+        else:
+            believed = GREATEST_UNPROVEN * min(steepest[:2]) if len(steepest) > 1 else 0.0
+        farthest = max(share * max(map(abs, changes)), believed * min(h, MOST_GROWTH * one))
+        weight = [abs(newton[0]), abs(newton[1] * (h + one)), abs(newton[2] * (h + one) * (h + two))]
+        second_is_small, third_is_small = (is_smooth or weight[n] <= weight[0] for n in (1, 2))
+        if third_is_small and second_is_small and change() <= farthest:
+            return
+        newton[2] = 0.0
+        if second_is_small and change() <= farthest:
+            return
+        newton[1] = 0.0
+        if change() <= farthest:
+            return
+        if len(slopes) > 1:
+            newton[0] = smaller(slopes[0], slopes[1])
+        newton[0] = within(farthest, newton[0] * h) / h
 
     def are_flat(self) -> bool:
         return len(set(self.values)) <= 1
@@ -98,16 +186,48 @@ class Fit:
     ages: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
     weights: tuple[float, ...] = ()
+    noise: float = 0.0  # by how much samples lay off what was expected, of late
+    useless: int = 0  # of the last samples: those that holding the signal would have met as well
+    missed: float = 0.0  # by how much the last few samples lay off
+    moved: float = 0.0  # how far they moved
+    is_tried: bool = False  # on a sample beyond those that it takes
 
-    def add(self, value: float, gap: float, shift: float, smoothing: float) -> Fit:
-        """With `value`, given `gap` seconds after the newest one; the weights of the others fade."""
+    def add(self, value: float, gap: float, shift: float, smoothing: float, degree: int) -> Fit:
+        """With `value`, given `gap` seconds after the newest one; the weights of the others fade.
+
+        Where two samples in a row lie farther off than noise does, and than half of their change, it begins anew;
+        a fit to many samples also where the last few lie farther off than they move.
+        """
+        noise, useless, missed, moved = self.noise, self.useless, self.missed, self.moved
+        is_tried = len(self.ages) > degree and self.reaches(gap)  # what lies farther is no test of it
+        if is_tried:
+            at, v, a, jerk = self.polynomial(degree)
+            off = abs(value - (at + gap * (v + gap / 2 * (a + gap / 3 * jerk)) + shift))
+            change = abs(value - self.values[0] - shift)
+            is_useless = off > 8 * noise and off > change / 2
+            useless = useless + 1 if is_useless else 0
+            if useless != 1:
+                noise += (min(off, change if is_useless else off) - noise) / 16
+            missed, moved = missed + (off - missed) / 4, moved + (change - moved) / 4
+            if useless == 2 or (sum(self.weights) > 10 and missed > 1.5 * moved):
+                return Fit((0.0,), (value,), (1.0,), noise)
         fade = max((1 + gap / smoothing) ** -4, 1 / 16)  # about exp(-4 gap / smoothing)
         older = [
             (age + gap, old + shift, weight * fade)
-            for age, old, weight in zip(self.ages, self.values, self.weights)
+            for age, old, weight in zip(self.ages, self.values, self.weights, strict=True)
             if weight * fade > 1e-16
         ]
-        return Fit(*zip((0.0, value, 1.0), *older))
+        ages, values, weights = zip((0.0, value, 1.0), *older, strict=True)
+        return Fit(ages, values, weights, noise, useless, missed, moved, is_tried)
+
+    def reaches(self, ahead: float) -> bool:
+        """Whether it says anything of what lies that many seconds ahead."""
+        spread = sum(weight * age**2 for weight, age in zip(self.weights, self.ages, strict=True))
+        return ahead**2 * sum(self.weights) <= MOST_GROWTH**2 * spread
+
+    def is_proven(self, ahead: float) -> bool:
+        """Whether to believe it for the next `ahead` seconds."""
+        return self.is_tried and self.useless == 0 and self.reaches(ahead)
 
     def polynomial(self, degree: int) -> list[float]:
         """Value and three time derivatives, at the newest sample, of the polynomial with the least weighted error."""
@@ -122,16 +242,38 @@ class Fit:
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """What speaks against crank.w: the angle moves otherwise. Sums in rad since the two disagreed."""
+
+    missed: float = 0.0  # by how much the angle moved beyond what the speeds say
+    moved: float = 0.0  # how far either of them moved
+    is_ignored: bool = False  # crank.w is not believed
+
+    def after(self, change: float, told: float, greatest: float) -> Doubt:
+        if not self.is_ignored and self.moved == 0 and abs(change - told) <= abs(change) / 4:
+            return self
+        missed = self.missed + within(EVIDENCE, change - told)
+        moved = self.moved + min(EVIDENCE, greatest)
+        if self.is_ignored:
+            if moved > 4 * EVIDENCE and abs(missed) < 0.23 * moved:
+                return Doubt()
+            return Doubt(is_ignored=True) if moved > 8 * EVIDENCE else Doubt(missed, moved, True)
+        if abs(missed) > 1.5 * EVIDENCE and abs(missed) > 0.55 * moved:
+            return Doubt(is_ignored=True)
+        return Doubt() if moved > 8 * EVIDENCE else Doubt(missed, moved)
+
+
+@dataclass(frozen=True)
 class Crank:
     """The crank's motion at the end of the last step, and the samples that it was carried from."""
 
     end: CrankMotion = CrankMotion()
     source: str = "phi"  # the highest derivative that the host gives: "phi", "w" or "a"
-    phi: float | None = None  # the newest angle sample as given
-    samples: Samples = Samples(degree=3)  # of the source
+    phi: float = 0.0  # the newest sample of the angle as given
+    w: float = 0.0  # likewise of the speed
+    samples: Samples = Samples("phi")  # of the source
     fit: Fit = Fit()  # likewise; used with smoothing only
-
-    DEGREES = {"phi": 3, "w": 2, "a": 1}
+    doubt: Doubt = Doubt()
 
     def _best_source(self, w: float, a: float) -> str:
         if self.source == "a" or (self.source == "phi" and w == 0):
@@ -142,43 +284,84 @@ class Crank:
         """The inputs at the start count as a sample."""
         values, source = {"phi": phi, "w": w, "a": a}, self._best_source(w, a)
         first = values[source]
-        samples = Samples(self.DEGREES[source]).add(first, 0.0)
-        return replace(self, phi=phi, source=source, samples=samples, fit=Fit((0.0,), (first,), (1.0,)))
+        samples = Samples(source).add(first, 0.0)
+        return replace(self, phi=phi, w=w, source=source, samples=samples, fit=Fit((0.0,), (first,), (1.0,)))
+
+    def _without_close(self, gap: float, h: float) -> tuple[Crank, float]:
+        """Less samples that lie close to one `gap` later; angle and speed as they were at the newest one left."""
+        samples, longer = self.samples.without_close(gap, h)
+        dropped, phi, w = len(self.samples.ages) - len(samples.ages), self.phi, self.w
+        for n in range(min(dropped, len(self.samples.ages) - 1)):
+            (now, then), (new, old) = self.samples.ages[n : n + 2], self.samples.values[n : n + 2]
+            if self.source == "phi":
+                phi -= new - old
+            else:
+                older_w = old if self.source == "w" else w - (new + old) / 2 * (then - now)
+                phi, w = phi - (w + older_w) / 2 * (then - now), older_w
+        return replace(self, samples=samples, phi=phi, w=w), longer
+
+    def _whole_turns(self, change: float, expected: float) -> int:
+        """Those in a change of the angle: the speed tells, or a leap by more than half a turn."""
+        if self.source == "phi":
+            if abs(change) <= pi:
+                return 0
+            expected = within(pi, expected)
+        return round((change - expected) / TURN)
 
     def advance(
-        self, phi: float, w: float, a: float, gap: float, h: float, at_step_end: bool, smoothing: float = 0.0
+        self, phi: float, w: float, a: float, gap: float, h: float, *, at_step_end: bool, smoothing: float = 0.0
     ) -> Crank:
         """After a step of h seconds with these inputs; `gap` seconds since the last sample."""
-        values, source = {"phi": phi, "w": w, "a": a}, self._best_source(w, a)
-        samples, fit, shift, has_jumped = self.samples, self.fit, 0.0, False
-        if self.phi is not None:
-            expected = (replace(self.end, phi=self.phi).after(h) if at_step_end else self.end).phi
-            shift = TURN * round((phi - expected) / TURN)
-            has_jumped = abs(phi - expected - shift) > JUMP
-        if source != self.source:
-            # Zeros so far are samples if the crank did not change what was given below, else the derivative was
-            # not connected; one sample shows no change, but from rest the crank comes half as far.
-            is_from_rest = len(samples.ages) > 1 or abs(phi - (self.phi or 0.0) - shift) < 0.75 * abs(w * gap)
-            zeros = (0.0,) * len(samples.ages) if samples.are_flat() and is_from_rest else ()
-            samples = Samples(self.DEGREES[source], samples.ages[: len(zeros)], zeros)
-            fit = Fit(fit.ages, (0.0,) * len(fit.ages), fit.weights) if zeros else Fit()
-        if has_jumped:
-            samples, fit = Samples(self.DEGREES[source]), Fit()
-        elif source == self.source and gap < CLOSE * h and not smoothing:
-            samples = samples.without_newest()
+        before, is_first, shift, doubt = self, not self.samples.ages, 0.0, self.doubt
+        if not is_first and not smoothing:
+            before, gap = self._without_close(gap, h)
+            is_first = not before.samples.ages
+        change, source, is_contradicted = phi - before.phi, self._best_source(w, a), False
+        if doubt.is_ignored:
+            source = "phi"
+        if not is_first:
+            expected = (replace(self.end, phi=before.phi).after(h) if at_step_end else self.end).phi - before.phi
+            if abs(change - expected) > JUMP:
+                shift = TURN * before._whole_turns(change, expected)
+                is_first = abs(change - shift - expected) > JUMP
+            change -= shift
+            if not at_step_end and (self.source != "phi" or doubt.is_ignored):
+                told, greatest = (before.w + w) / 2 * gap, max(abs(change), abs(before.w * gap), abs(w * gap))
+                doubt = doubt.after(change, told, greatest)
+                is_contradicted = abs(change - told) > max(EVIDENCE, greatest / 2)
+                source = "phi" if doubt.is_ignored else self._best_source(w, a)
+        older, fit = before.samples, self.fit
+        if is_first:
+            older, fit = Samples(source), Fit()
+        elif source != self.source:
+            if source == "phi":
+                older, fit = Samples("phi", (0.0,), (before.phi,)), Fit()
+            else:
+                # Zeros so far are samples if the crank did not change what was given below, else the derivative was
+                # not connected; one sample shows no change, but from rest the crank comes half as far.
+                is_from_rest = len(older.ages) > 1 or abs(change) < 0.75 * abs(w * gap)
+                count = len(older.ages) if older.are_flat() and is_from_rest else 0
+                count = min(count, Samples.DEGREES[source] + 1)
+                zeros = (0.0,) * count
+                older = Samples(source, older.ages[:count], zeros, None, older.are_merged)
+                fit = replace(fit, values=(0.0,) * len(fit.ages)) if zeros else Fit()
+        values = {"phi": phi, "w": w, "a": a}
         shift = shift if source == "phi" else 0.0
-        older, samples = samples, samples.add(values[source], gap, shift)
+        samples = older.add(values[source], gap, shift)
 
-        trend = (values[source], *samples.derivatives(older))
+        trend: Sequence[float] = (values[source], *samples.derivatives(older, 0.0 if at_step_end else h))
         if smoothing:
-            fit = fit.add(values[source], gap, shift, smoothing)
-            trend = fit.polynomial(samples.degree)
+            fit = fit.add(values[source], gap, shift, smoothing, samples.degree)
+            if fit.is_proven(0.0 if at_step_end else h) and not is_contradicted:
+                trend = fit.polynomial(samples.degree)
         motion = {
             "phi": CrankMotion(trend[0], trend[1], a or trend[2], trend[3]),
             "w": CrankMotion(phi, *trend[:3]),
             "a": CrankMotion(phi, w, *trend[:2]),
         }[source]
-        return Crank(motion if at_step_end else motion.after(h), source, phi, samples, fit)
+        if is_contradicted and source != "phi" and abs(change) < abs(w * gap):
+            motion = CrankMotion(phi, change / gap)
+        return Crank(motion if at_step_end else motion.after(h), source, phi, w, samples, fit, doubt)
 
 
 @dataclass(frozen=True)
@@ -199,7 +382,7 @@ class Travel:
             slope = to_sample = (v - self.sample) / gap
             if self.slope is not None:
                 slope = smaller(slope, self.slope)
-            elif gap < CLOSE * h:
+            elif MOST_GROWTH * gap < h:
                 slope = 0.0
         beyond = 0.0 if at_step_end else h
         end = distance + beyond * (v + beyond * slope / 2)

@@ -7,27 +7,29 @@ mechanism, edit linkage.py; to add an output, declare it in interface.toml and g
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 
-if __package__:
-    from ..interface import load_interface
-    from .linkage import Geometry, solve
+if TYPE_CHECKING or __package__:
+    from ..interface import Computed, Parameter, Variable, load_interface
+    from .linkage import Geometry, Solution, solve
     from .motion import Crank, CrankMotion, Travel
 else:  # inside the FMU
-    from transplanter_linkage_parts.interface import load_interface
-    from transplanter_linkage_parts.linkage import Geometry, solve
+    from transplanter_linkage_parts.interface import Computed, Parameter, Variable, load_interface
+    from transplanter_linkage_parts.linkage import Geometry, Solution, solve
     from transplanter_linkage_parts.motion import Crank, CrankMotion, Travel
 
 INTERFACE = load_interface()  # once: hosts may delete the unpacked FMU and load it again
 
-class TransplanterLinkageTwin(Fmi2Slave):
+
+class TransplanterLinkageTwin(Fmi2Slave):  # type: ignore[misc]  # PythonFMU has no types
     """One instance; the values of all variables are in `self.values` by name."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.description = INTERFACE.model.description + " (readable Python edition)"
-        self.values = {v.name: v.start if v.start is not None else 0.0 for v in INTERFACE.variables}
+        self.values: dict[str, Any] = {v.name: v.start if v.start is not None else 0.0 for v in INTERFACE.variables}
         self.geometry: Geometry | None = None
         self.crank, self.travel = Crank(), Travel()
         self.last_step = 0.0  # s; 0 before the first step
@@ -35,17 +37,19 @@ class TransplanterLinkageTwin(Fmi2Slave):
         for variable in INTERFACE.variables:
             self._register(variable)
 
-    def _register(self, declared) -> None:
+    def _register(self, declared: Variable) -> None:
         """Register with the declared value reference, not the one that PythonFMU counts."""
 
-        def read():
-            if declared.computed_by is not None:
+        def read() -> Any:
+            if isinstance(declared, Computed):
                 self._update()
             return self.values[declared.name]
 
-        def write(value):
-            if declared.range and not declared.range[0] <= value <= declared.range[1]:
-                raise ValueError(f"{declared.name} = {value}: must be from {declared.range[0]} to {declared.range[1]}")
+        def write(value: float) -> None:
+            # Geometry checks its own values, when it is used
+            is_geometry = declared.name.startswith("geometry.")
+            if isinstance(declared, Parameter) and not is_geometry and not declared.accepts(value):
+                raise ValueError(f"{declared.name} = {value:g}: must be {declared.demand}")
             self.values[declared.name] = value
             self.is_fresh = False
 
@@ -62,10 +66,15 @@ class TransplanterLinkageTwin(Fmi2Slave):
         self.vars[declared.value_reference] = variable
         self.is_fresh = False
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+    def setup_experiment(  # as PythonFMU calls it
+        self,
+        start_time: float,
+        stop_time: float | None = None,  # noqa: ARG002 - no use for it
+        tolerance: float | None = None,  # noqa: ARG002 - nothing is iterated
+    ) -> None:
         self.values["time"] = start_time
 
-    def exit_initialization_mode(self):
+    def exit_initialization_mode(self) -> None:
         self._follow_inputs()
         self._solve(0)  # an impossible geometry or pose raises here
         self.travel = replace(self.travel, until_sample=self.travel.s)
@@ -81,7 +90,7 @@ class TransplanterLinkageTwin(Fmi2Slave):
         at_end = self.values["crank.at_step_end"]
         gap = step_size if at_end else self.last_step
         smoothing = self.values["crank.smoothing"]
-        crank = self.crank.advance(*self._crank_inputs(), gap, step_size, at_end, smoothing)
+        crank = self.crank.advance(*self._crank_inputs(), gap, step_size, at_step_end=at_end, smoothing=smoothing)
         solve(self._geometry(), crank.end.phi, order=0)
         self.crank = crank
         self.travel = self.travel.advance(self.values["machine.v"], gap, step_size, at_end)
@@ -105,11 +114,11 @@ class TransplanterLinkageTwin(Fmi2Slave):
         if self.geometry is None:
             prefix = "geometry."
             self.geometry = Geometry(
-                **{name[len(prefix):]: value for name, value in self.values.items() if name.startswith(prefix)}
+                **{name[len(prefix) :]: value for name, value in self.values.items() if name.startswith(prefix)}
             )
         return self.geometry
 
-    def _solve(self, order: int):
+    def _solve(self, order: int) -> Solution:
         return solve(self._geometry(), self.crank.end.phi, order)
 
     def _update(self) -> None:
