@@ -1,0 +1,51 @@
+"""The command line that the scenarios share: which FMU, where to, and errors in one line."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from fmpy.fmi1 import FMICallException
+from rich.console import Console
+
+from scenarios.common import reports
+from scenarios.common.instance import FmuError, Refused
+
+ROOT = Path(__file__).resolve().parents[2]
+FMU = ROOT / "build" / "fmi2" / "TransplanterLinkage.fmu"
+FMI3 = ROOT / "build" / "fmi3" / "TransplanterLinkage.fmu"
+TWIN = ROOT / "build" / "twin" / "TransplanterLinkageTwin.fmu"
+
+
+def parser(scenario: str, doc: str, **output: object) -> argparse.ArgumentParser:
+    """Options that every scenario has; ``doc`` is its module's text, whose first line describes it.
+
+    ``output`` are arguments of argparse for that option, where the scenario has its own way.
+    """
+    made = argparse.ArgumentParser(prog=f"python -m scenarios.{scenario}", description=doc.splitlines()[0])
+    made.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
+    usual = {
+        "default": ROOT / "build" / "reports" / scenario,
+        "help": "folder for tables and figures (default: %(default)s)",
+    }
+    made.add_argument("--output", type=Path, **usual | output)
+    return made
+
+
+def run(scenario: Callable[[argparse.Namespace, Console], Sequence[Path]], options: argparse.Namespace) -> int:
+    """Run a scenario, which prints and returns the files that it wrote; returns the exit status."""
+    console = reports.console()
+    try:
+        written = scenario(options, console)
+    except FmuError as error:
+        print(error, file=sys.stderr)
+    except (Refused, FMICallException) as refusal:
+        print(f"{options.fmu} refused: {refusal}", file=sys.stderr)
+    except OSError as error:
+        print(f"The reports cannot be written to {options.output}: {error}", file=sys.stderr)
+    else:
+        reports.show_files(console, options.output, written)
+        return 0
+    return 1

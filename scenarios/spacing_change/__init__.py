@@ -1,0 +1,1 @@
+"""The plant spacing changed while driving: what it does to each hole."""

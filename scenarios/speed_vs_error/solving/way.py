@@ -1,0 +1,84 @@
+"""The question put to every way of solving the linkage, its true answer, and what a way is.
+
+The same angles, the same geometry and the same crank speed for all. An answer is an array with a row an angle:
+x, y of the tip's position (m), then of its velocity (m/s), then of its acceleration (m/s2), up to the order asked
+for, relative to the machine, with the crank at a constant 65 turns a minute.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from mpmath import mp, mpf
+
+from scenarios.speed_vs_error.yardstick import NOMINAL, TURN_TIME, Oracle
+
+QUANTITIES = ("position", "velocity", "acceleration")
+UNITS = ("mm", "mm/s", "mm/s2")
+ORDERS = range(len(QUANTITIES))
+GEOMETRY = NOMINAL
+SPEED = 2 * math.pi / TURN_TIME  # rad/s: 65 turns a minute
+ANGLES = 2000
+
+Evaluate = Callable[[np.ndarray, int], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way of solving the linkage.
+
+    evaluate   the answers at an array of angles, which go round evenly, up to an order
+    take_time  the same without keeping the answers, nanoseconds an evaluation; where None, evaluate is timed
+    """
+
+    key: str
+    title: str
+    whose: str  # OURS, PAPER, PEER or HAND
+    evaluate: Evaluate
+    take_time: Callable[[np.ndarray, int], float] | None = None
+    remark: str = ""
+
+    def nanoseconds(self, angles: np.ndarray, order: int) -> float:
+        """What one evaluation takes of the processor's time, over all these angles."""
+        if self.take_time is not None:
+            return self.take_time(angles, order)
+        begin = time.thread_time_ns()
+        self.evaluate(angles, order)
+        return (time.thread_time_ns() - begin) / len(angles)
+
+
+OURS, PAPER, HAND, PEER = "this project", "the paper", "by hand", "peer"
+CORE = "core"
+
+
+def angles(count: int = ANGLES) -> np.ndarray:
+    """Angles evenly round one turn of the crank, rad, from half an interval on."""
+    return (np.arange(count) + 0.5) * (2 * math.pi / count)
+
+
+def truth(phi: np.ndarray) -> np.ndarray:
+    """The answers to 50 digits, each as the unevaluated sum of two doubles: shape (angles, 6, 2)."""
+    oracle, answers = Oracle(GEOMETRY), np.empty((len(phi), 2 * len(ORDERS), 2))
+    for row, angle in zip(answers, phi):
+        derivatives = oracle.tip(float(angle), ORDERS[-1])
+        with mp.workdps(50):
+            exact = [component * mpf(SPEED) ** n for n, pair in enumerate(derivatives) for component in pair]
+            row[:, 0] = [float(value) for value in exact]
+            row[:, 1] = [float(value - mpf(head)) for value, head in zip(exact, row[:, 0])]
+    return answers
+
+
+def worst_errors(answers: np.ndarray, exact: np.ndarray) -> tuple[float, ...]:
+    """The greatest distance of an answer from the truth, a number for each quantity answered: mm, mm/s, mm/s2."""
+    columns = answers.shape[1]
+    off = (answers - exact[:, :columns, 0]) - exact[:, :columns, 1]
+    return tuple(1e3 * float(np.max(np.hypot(off[:, n], off[:, n + 1]))) for n in range(0, columns, 2))
+
+
+def greatest(exact: np.ndarray) -> tuple[float, ...]:
+    """How great the quantities are at most: mm, mm/s, mm/s2."""
+    return worst_errors(np.zeros(exact.shape[:2]), exact)

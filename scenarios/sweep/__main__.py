@@ -1,0 +1,464 @@
+"""Parameter studies of an FMU on Dask: many runs of a scene, on all cores or on a cluster.
+
+    python -m scenarios.sweep
+    python -m scenarios.sweep --parameter geometry.L1=0.045:0.055 --parameter scene.spacing=0.3:0.5 --grid 9
+
+Every run is one row of a Parquet dataset, ``results/`` in the study's own folder, written as soon as it
+is done. A sweep that was stopped, however hard, goes on where it was when it is started again. A run that
+the FMU refuses is a row too, with its message. ``sweep.png`` shows the trade-off between hole length,
+posture and acceleration.
+
+A scene is a function (path of the FMU, {parameter: value}, *, own=...) -> {name: number}; ``--scene
+package.module:function`` runs another than scenarios.sweep.scenes:planting_cycle, for instance
+scenarios.field_row.scene:planted_row, the whole field row. What is varied are real parameters of the
+FMU, in SI units, and as ``scene.own`` the scene's own keyword arguments.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import importlib.util
+import inspect
+import itertools
+import json
+import math
+import os
+import signal
+import sys
+import tempfile
+import time
+import uuid
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from dask import config
+from dask.distributed import Client, Future, LocalCluster, as_completed
+from dask.system import CPU_COUNT
+from filelock import FileLock, Timeout
+from fmpy import read_model_description
+from rich.console import Console
+from tqdm import tqdm
+
+from scenarios.common import command, reports
+from scenarios.common.instance import FmuError, Refused, first_line, require_fmu
+from scenarios.sweep.scenes import OWN, SweepError, find_scene, run_point
+
+# The parameters of the paper's section 4, each as far as the linkage still turns or a little beyond.
+DEFAULT_RANGES = {
+    "geometry.L1": (0.035, 0.065),
+    "geometry.L4": (0.006, 0.036),
+    "geometry.L7": (0.235, 0.270),
+    "geometry.phi4": (5.0, 5.9),
+}
+OUTPUT = command.ROOT / "build" / "reports" / "sweep"
+SAMPLES = 200
+MERGE_AT = 256  # files of one row each are merged into one when there are so many
+SCENE = "scenarios.sweep.scenes:planting_cycle"
+PATIENCE = "5s"  # for a scheduler to answer
+LIMIT = 600.0  # s that one run may take
+AHEAD = 16  # runs given to each worker at a time
+MEASURES = ("hole", "posture", "acceleration")
+
+
+# --- what is to be run -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a sweep computes: two with the same study give the same runs."""
+
+    fmu: str  # SHA-256 of the file
+    scene: str
+    ranges: dict[str, tuple[float, float]]
+    grid: int  # values of each parameter, or 0: Latin hypercube
+    samples: int
+    seed: int
+
+    @property
+    def number(self) -> str:
+        """Tells studies apart, in eight digits."""
+        return hashlib.sha256(json.dumps(asdict(self)).encode()).hexdigest()[:8]
+
+    def points(self) -> np.ndarray:
+        """The parameter sets, a row each, in the order of ``ranges``."""
+        low, high = np.array(list(self.ranges.values())).T
+        if self.grid:
+            axes = [np.linspace(a, b, self.grid) for a, b in zip(low, high)]
+            return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        from scipy.stats import qmc  # takes longer to import than a small study to run
+
+        return qmc.scale(qmc.LatinHypercube(len(low), rng=self.seed).random(self.samples), low, high)
+
+
+# --- what has been run -------------------------------------------------------------------------
+
+
+class Results:
+    """The rows of a study as Parquet files in a folder; whatever was added survives the process.
+
+    A file is written under another name and then renamed, so that there is never half of one.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        for left in folder.glob("*.writing"):
+            left.unlink()
+        self._waiting = len(self._files())
+
+    def _files(self) -> list[Path]:
+        return sorted(self.folder.glob("*.parquet"))
+
+    def _write(self, table: pa.Table) -> Path:
+        path = self.folder / f"{uuid.uuid4().hex}.parquet"
+        writing = path.with_suffix(".writing")
+        pq.write_table(table, writing)
+        with writing.open("rb+") as file:
+            os.fsync(file.fileno())
+        return writing.replace(path)
+
+    def add(self, row: Mapping[str, object]) -> None:
+        """Keep a row, for good when this returns."""
+        self._write(pa.Table.from_pylist([dict(row)]))
+        self._waiting += 1
+        if self._waiting >= MERGE_AT:
+            self.merge()
+
+    def table(self) -> pa.Table:
+        """All rows by point; each once, even where a merge was cut off before it deleted what it had merged."""
+        files = self._files()
+        if not files:
+            return pa.table({"point": pa.array([], pa.int64()), "status": pa.array([], pa.string())})
+        table = pa.concat_tables(map(pq.read_table, files), promote_options="permissive")
+        _, first = np.unique(table["point"].to_numpy(), return_index=True)
+        return table.take(first)
+
+    def merge(self) -> pa.Table:
+        """Make one file of all; returns its table."""
+        files = self._files()
+        table = self.table()
+        if len(files) > 1:
+            self._write(table)
+            for path in files:
+                path.unlink()
+        self._waiting = 1
+        return table
+
+
+@contextlib.contextmanager
+def opened(output: Path, study: Study) -> Iterator[Results]:
+    """The results of a study, for one sweep at a time; SweepError where the folder holds another one's."""
+    output.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(output / "sweep.lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise SweepError(f"Another sweep is running in {output}.") from None
+    with lock:
+        about, now = output / "study.json", json.loads(json.dumps(asdict(study)))
+        try:
+            before = json.loads(about.read_text(encoding="utf-8")) if about.is_file() else now
+        except ValueError as error:
+            raise SweepError(f"{about} cannot be read: {error}") from error
+        differing = [key for key in now if before.get(key) != now[key]]
+        if differing:
+            raise SweepError(
+                f"{output} holds the results of another study ({', '.join(differing)} differ): "
+                "name another --output, or delete it."
+            )
+        writing = about.with_suffix(".writing")
+        writing.write_text(json.dumps(now, indent=1), encoding="utf-8")
+        writing.replace(about)
+        yield Results(output / "results")
+
+
+# --- the sweep ---------------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def cluster(scheduler: str | None, workers: int | None) -> Iterator[Client]:
+    """A client of the Dask cluster at an address, which is given this package if it lacks it, or of all cores here."""
+    if scheduler is None:
+        with config.set({"distributed.scheduler.allowed-failures": 0, "distributed.comm.timeouts.connect": "120s"}):
+            before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited by the workers: Ctrl-C is for us alone
+            try:
+                local = LocalCluster(
+                    n_workers=workers or CPU_COUNT,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    silence_logs="CRITICAL",
+                )
+            finally:
+                signal.signal(signal.SIGINT, before)
+            with local, Client(local) as client:
+                yield client
+        return
+    try:
+        connected = Client(scheduler, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise SweepError(f"There is no Dask scheduler at {scheduler}: {first_line(error)}") from error
+    with connected as client, tempfile.TemporaryDirectory() as scratch:
+        if all(client.run(lambda: importlib.util.find_spec("scenarios") is not None).values()):
+            yield client
+            return
+        package = Path(scratch) / "scenarios.zip"
+        with zipfile.ZipFile(package, "w") as archive:
+            for source in sorted((command.ROOT / "scenarios").rglob("*.py")):
+                archive.write(source, source.relative_to(command.ROOT))
+        client.upload_file(str(package))
+        yield client
+
+
+def sweep(
+    fmu: Path, study: Study, results: Results, client: Client, done: Callable[[int], object], limit: float = LIMIT
+) -> None:
+    """Run what is missing of a study; every row is kept before the next is waited for. A run of more than ``limit``
+    seconds costs its process, and is a row that says so."""
+    known = set(results.table()["point"].to_pylist())
+    done(len(known))
+    missing = (
+        (key, dict(zip(study.ranges, map(float, point))))
+        for key, point in enumerate(study.points())
+        if key not in known
+    )
+    # A task rather than scattered data: when its worker dies, Dask can make it anew.
+    content = client.submit(bytes, fmu.read_bytes(), pure=False)
+    suspects: list[tuple[int, dict[str, float]]] = []
+    running: dict[Future, tuple[int, dict[str, float]]] = {}
+
+    def start(points: Iterable[tuple[int, dict[str, float]]]) -> list[Future]:
+        begun = {client.submit(run_point, study.scene, content, *point, limit, pure=False): point for point in points}
+        running.update(begun)
+        return list(begun)
+
+    def finish(future: Future, alone: bool, seconds: float = 0.0) -> None:
+        key, parameters = point = running.pop(future)
+        if future.status == "finished":
+            row = future.result()
+        elif future.status != "error":
+            raise SweepError("The Dask cluster is gone. What was done is kept: the same command goes on from there.")
+        elif not alone:  # its worker's process ended, through this run or through another one that waited there
+            suspects.append(point)
+            return
+        else:
+            row = {
+                "point": key,
+                **parameters,
+                "status": "failed",
+                "message": f"no end within {limit:g} s: its process was ended"
+                if seconds >= limit
+                else f"the process that ran it ended: {first_line(future.exception())}",
+            }
+        results.add(row)
+        done(1)
+
+    queue = as_completed(start(itertools.islice(missing, AHEAD * max(1, len(client.nthreads())))))
+    for future in queue:
+        finish(future, alone=False)
+        queue.update(start(itertools.islice(missing, 1)))
+    for point in suspects:
+        begin = time.monotonic()
+        for future in as_completed(start([point])):
+            finish(future, alone=True, seconds=time.monotonic() - begin)
+
+
+def front(values: np.ndarray) -> np.ndarray:
+    """Which rows no other row beats: none is as small in every column and smaller in one."""
+    no_worse = (values[:, None] <= values[None]).all(axis=2)
+    better = (values[:, None] < values[None]).any(axis=2)
+    return ~(no_worse & better).any(axis=0)
+
+
+def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
+    """Run, print and write everything; returns the files."""
+    study = study_of(options)
+    options.output = options.output or OUTPUT / study.number
+    total = len(study.points())
+    with opened(options.output, study) as results:
+        before = results.table().num_rows
+        if before < total:
+            with (
+                cluster(options.scheduler, options.workers) as client,
+                tqdm(total=total, desc="sweep", unit="run", leave=False, disable=None) as bar,
+            ):
+                sweep(options.fmu, study, results, client, bar.update, options.limit)
+        table = results.merge()
+    written = [options.output / "results"]
+    statuses = table["status"].to_pylist()
+    console.print(
+        f"{total} runs: {before} from before, {total - before} now. "
+        + ", ".join(f"{statuses.count(status)} {status}" for status in sorted(set(statuses)))
+        + "."
+    )
+    for status in ("refused", "failed"):
+        said = [message for message, is_status in zip(table["message"].to_pylist(), statuses) if is_status == status]
+        if said:
+            console.print(f"- {status}, for instance: {said[0]}", markup=False)
+    if set(MEASURES) <= set(table.column_names):
+        from scenarios.sweep import figure as sweep_figure  # matplotlib has no business in the workers
+
+        values = np.column_stack([table[name].to_numpy() for name in MEASURES])
+        usable = (np.array(statuses) == "done") & np.isfinite(values).all(axis=1) & (values[:, 0] >= 0)
+        if usable.any():
+            best = np.flatnonzero(usable)[front(np.abs(values[usable]))]
+            names = list(study.ranges)
+            rows = [
+                (
+                    *(f"{table[name][int(k)].as_py():.4g}" for name in names),
+                    f"{values[k, 0] * 1e3:.1f}",
+                    f"{np.degrees(values[k, 1]):.1f}",
+                    f"{values[k, 2]:.1f}",
+                )
+                for k in best[np.argsort(values[best, 0])]
+            ]
+            headings = (*names, "hole / mm", "posture / deg", "acceleration / m/s2")
+            reports.show_table(
+                console,
+                f"{len(best)} runs that no other beats in all three"
+                + ("; 12 with the shortest holes" if len(rows) > 12 else ""),
+                headings,
+                rows[:12],
+            )
+            written += [options.output / "front.csv", options.output / "sweep.png"]
+            reports.write_csv(written[1], headings, rows)
+            try:
+                start = find_scene(study.scene)(options.fmu, {})
+            except (FmuError, Refused):
+                start = {}
+            sweep_figure.draw(
+                written[2],
+                values,
+                usable,
+                best,
+                [start[name] for name in MEASURES if start],
+                sweep_figure.left_out(statuses, values[:, 0]),
+            )
+    return written
+
+
+def study_of(options: argparse.Namespace) -> Study:
+    """The study that a command line asks for; SweepError where it cannot be run."""
+    require_fmu(options.fmu)
+    try:
+        description = read_model_description(str(options.fmu))
+    except Exception as error:  # zip, XML and schema errors have no common base
+        raise FmuError(f"{options.fmu} cannot be read as an FMU: {first_line(error)}") from error
+    known = {v.name for v in description.modelVariables if v.causality == "parameter" and v.type in ("Real", "Float64")}
+    ranges = dict(options.parameter) or DEFAULT_RANGES
+    known |= {
+        OWN + name
+        for name, parameter in inspect.signature(find_scene(options.scene)).parameters.items()
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY
+    }
+    unknown = [name for name in ranges if name not in known]
+    if unknown:
+        raise SweepError(
+            f"Neither {options.fmu.name} nor {options.scene} has a real parameter {', '.join(unknown)}; "
+            f"they have {', '.join(sorted(known)) or 'none'}."
+        )
+    content = hashlib.sha256(options.fmu.read_bytes()).hexdigest()
+    return Study(content, options.scene, ranges, options.grid, 0 if options.grid else options.samples, options.seed)
+
+
+def _range(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, values = text.partition("=")
+    try:
+        low, high = map(float, values.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not name or not low < high or not math.isfinite(high - low):
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=LOW:HIGH with LOW below HIGH")
+    return name, (low, high)
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time in s above 0")
+    return value
+
+
+def _number(least: int, most: int) -> Callable[[str], int]:
+    def number(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} to {most}")
+        return int(text)
+
+    return number
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line; returns the exit status."""
+    parser = command.parser(
+        "sweep",
+        __doc__,
+        default=None,
+        help=("folder for results, tables and figures (default: one for each study in build/reports/sweep)"),
+    )
+    parser.add_argument(
+        "--scene", default=SCENE, metavar="MODULE:FUNCTION", help="what a run is (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--parameter",
+        action="append",
+        type=_range,
+        default=[],
+        metavar="NAME=LOW:HIGH",
+        help="vary this one, in SI units; may be given several times (default: the paper's four)",
+    )
+    parser.add_argument(
+        "--samples",
+        type=_number(1, 10**7),
+        default=SAMPLES,
+        metavar="N",
+        help="of a Latin hypercube (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--grid",
+        type=_number(2, 10**4),
+        default=0,
+        metavar="N",
+        help="instead: every combination of N values of each parameter",
+    )
+    parser.add_argument(
+        "--seed", type=_number(0, 2**31), default=1, help="of the Latin hypercube (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="of a Dask cluster, as tcp://host:8786 (default: the "
+        "cores of this machine); its workers need Python with the packages of the sweep",
+    )
+    parser.add_argument(
+        "--workers", type=_number(1, 1024), metavar="N", help="processes on this machine (default: cores)"
+    )
+    parser.add_argument(
+        "--limit",
+        type=_seconds,
+        default=LIMIT,
+        metavar="SECONDS",
+        help="most that one run may take; then its process is ended (default: %(default)g)",
+    )
+    options = parser.parse_args(arguments)
+    try:
+        return command.run(scenario, options)
+    except SweepError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("Stopped. What was done is kept: the same command goes on from there.", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())
