@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import struct
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import fmpy
 import pytest
+from filelock import FileLock
 
-from fmu_src.exporter.compiler import compile_library, compile_program, host_platform
+from fmu_src.exporter.build import build_fmu
+from fmu_src.exporter.compiler import PLATFORMS, compile_library, compile_program, host_platform
 from fmu_src.interface import Interface, load_interface
-from tests.fmi.host import DISCARD, ERROR, OK, WARNING, Fmu, Instance
-from tests.fmi.host3 import Fmu3
+from tests.harness.host import DISCARD, ERROR, OK, WARNING, Fmu, Instance
+from tests.harness.host3 import Fmu3
 
 PROJECT_ROOT = Path(__file__).resolve().parent.parent
 FMU_FILES = {version: PROJECT_ROOT / "build" / f"fmi{version}" / "TransplanterLinkage.fmu" for version in (2, 3)}
 BOTH_VERSIONS = pytest.mark.parametrize("version", FMU_FILES, ids=lambda version: f"fmi{version}")
-HOSTS = Path(__file__).with_name("hosts")
+HARNESS = Path(__file__).with_name("harness")
+HARD_CASES = PROJECT_ROOT / "scenarios" / "speed_vs_error" / "hard_cases"
 
 
 @pytest.fixture(scope="session")
@@ -42,10 +49,10 @@ def fmu_file(fmu_files: dict[int, Path]) -> Path:
 
 @pytest.fixture(scope="session")
 def fmus(fmu_files: dict[int, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[int, Fmu]:
-    """The FMUs, unpacked once, with the callbacks that tests/fmi/host.py gives to FMI 2.0's."""
+    """The FMUs, unpacked once, with the callbacks that tests/harness/host.py gives to FMI 2.0's."""
     platform = host_platform()
     callbacks = tmp_path_factory.mktemp("hosts") / f"callbacks{platform.suffix}"
-    compile_library((HOSTS / "callbacks.c",), callbacks, platform)
+    compile_library((HARNESS / "callbacks.c",), callbacks, platform)
     unpacked = {}
     for version, file in fmu_files.items():
         folder = tmp_path_factory.mktemp(f"fmi{version}")
@@ -90,14 +97,69 @@ def new(fmu: Fmu) -> Iterator[Callable[..., Instance]]:
 
 
 @pytest.fixture(scope="session")
-def compile_host(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """Compiles a program of tests/hosts by its name; returns the executable."""
+def compile_host(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Compiles a program of tests/harness by its name; returns the executable."""
     folder = tmp_path_factory.mktemp("programs")
 
-    def compile_one(name: str) -> Path:
+    def compile_one(name: str, room: Path = HARNESS) -> Path:
         program = folder / name
         if not program.exists():
-            compile_program((HOSTS / f"{name}.c",), program, host_platform(), "-rdynamic", "-ldl")
+            options = ("-I", str(PROJECT_ROOT), "-rdynamic", "-ldl")
+            compile_program((room / f"{name}.c",), program, host_platform(), *options)
         return program
 
     return compile_one
+
+
+@pytest.fixture(scope="session", params=[2, 3], ids=["fmi2", "fmi3"])
+def fmi(request) -> int:
+    """The FMI version of what follows."""
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory) -> Path:
+    """A folder that all processes of this run of the tests have in common."""
+    folder = tmp_path_factory.getbasetemp()
+    return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+
+@pytest.fixture(scope="session")
+def all_platforms_fmu(fmi, shared_folder) -> Path:
+    """The FMU for every platform, cross-compiled once, by the first process that wants it."""
+    folder = shared_folder / "all platforms"
+    with FileLock(f"{folder} {fmi}.lock"):
+        finished = list((folder / f"fmi{fmi}").glob("*.fmu"))
+        return finished[0] if finished else build_fmu(fmi, folder, PLATFORMS.values())
+
+
+@pytest.fixture(scope="session")
+def all_platforms(fmi, all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
+    """The binaries in it by the platform's name."""
+    folder = tmp_path_factory.mktemp("binaries")
+    with zipfile.ZipFile(all_platforms_fmu) as archive:
+        archive.extractall(folder)
+    files = {}
+    for name, platform in PLATFORMS.items():
+        place = platform.other_folder if fmi == 3 or name == "aarch64-linux" else platform.folder
+        files[name] = folder / "binaries" / place / f"TransplanterLinkage{platform.suffix}"
+    if fmi == 2:  # macOS for both processors is one file
+        fat = files["x86_64-macos"].read_bytes()
+        for number, name in enumerate(("x86_64-macos", "aarch64-macos")):
+            offset, size = struct.unpack_from(">II", fat, 8 + 20 * number + 8)
+            files[name] = folder / f"{name}.dylib"
+            files[name].write_bytes(fat[offset : offset + size])
+    return files
+
+
+@pytest.fixture
+def project_copy(tmp_path) -> Path:
+    """The sources in another folder, with other file times, to build from and to change."""
+    copy = tmp_path / "else where"
+    skipped = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(PROJECT_ROOT / "fmu_src", copy / "fmu_src", ignore=skipped, copy_function=shutil.copyfile)
+    for name in ("LICENSE", "README.md"):
+        shutil.copyfile(PROJECT_ROOT / name, copy / name)
+    for path in copy.rglob("*"):
+        os.utime(path, (1e9, 1e9))
+    return copy

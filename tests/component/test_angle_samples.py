@@ -7,7 +7,7 @@ from itertools import count
 
 import pytest
 
-from tests.fmi.drive import (
+from tests.harness.drive import (
     TIP,
     angle_and_speed,
     angle_around_zero,
@@ -18,7 +18,7 @@ from tests.fmi.drive import (
     exact_tip,
     uneven,
 )
-from tests.fmi.host import OK, PLANTING_SPEED, Instance, bits
+from tests.harness.host import OK, PLANTING_SPEED, Instance, bits
 
 STEP = 10e-3
 TURN = 2 * math.pi

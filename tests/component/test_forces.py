@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_src.twin.linkage import Geometry, solve
-from tests.fmi.host import PLANTING_SPEED
+from tests.harness.host import PLANTING_SPEED
 
 ANGLES = np.linspace(0, 6, 13)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_src.twin.linkage import Geometry, solve
-from tests.fmi.drive import (
+from tests.harness.drive import (
     Rotation,
     angle_and_speed,
     angle_modulo_turn,
@@ -20,7 +20,7 @@ from tests.fmi.drive import (
     exact_tip,
     uneven,
 )
-from tests.fmi.host import PLANTING_SPEED, bits
+from tests.harness.host import PLANTING_SPEED, bits
 
 STEP = 1e-3
 COUNT = 2**20  # of the encoder, a turn

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.fmi.host import MACHINE_SPEED, PLANTING_SPEED
+from tests.harness.host import MACHINE_SPEED, PLANTING_SPEED
 
 STEP = 1e-3
 
@@ -82,6 +82,7 @@ def test_acceleration_without_speed_helps_and_does_not_stop_the_crank(new):
 
 def test_acceleration_without_speed_sharpens_the_acceleration(new):
     """Over the angles alone, which know it by their second differences."""
+
     def acceleration(t: float) -> float:
         return PLANTING_SPEED * 0.6 * math.pi * math.cos(6 * math.pi * t)
 
@@ -122,6 +123,7 @@ def test_before_the_first_step_derivatives_of_inputs_show_in_those_of_outputs(ne
 
 def test_crank_that_jumps_in_speed_settles_within_three_steps(new):
     """A clutch: from rest to full speed at once, the speed given."""
+
     def inputs(t: float) -> dict[str, float]:
         run_time = max(0.0, t - 4.5 * STEP)
         return {"crank.phi": PLANTING_SPEED * run_time, "crank.w": PLANTING_SPEED * (t > 4.5 * STEP)}

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.fmi.host import DISCARD, Instance, bits
+from tests.harness.host import DISCARD, Instance, bits
 
 STEP = 10e-3
 STEPS = 25

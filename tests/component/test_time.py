@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.fmi.host import ERROR, OK, bits
+from tests.harness.host import ERROR, OK, bits
 
 Clock = Callable[[float, float, int], Iterator[float]]
 
@@ -33,9 +33,7 @@ def counting_nanoseconds(start: float, step: float, steps: int) -> Iterator[floa
 
 
 @pytest.mark.parametrize("clock", [multiplying, summing, dividing, counting_nanoseconds])
-@pytest.mark.parametrize(
-    ("start", "step", "steps"), [(0.0, 1e-3, 340_000), (1e6, 1e-4, 20_000), (-7.0, 1 / 3, 20_000)]
-)
+@pytest.mark.parametrize(("start", "step", "steps"), [(0.0, 1e-3, 340_000), (1e6, 1e-4, 20_000), (-7.0, 1 / 3, 20_000)])
 def test_every_way_to_count_time_is_accepted(new, clock, start, step, steps):
     """Sums and products of a step drift apart by rounding, and further the longer they run."""
     if (clock, step) == (counting_nanoseconds, 1e-4):

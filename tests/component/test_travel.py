@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.fmi.drive import order_of_convergence
-from tests.fmi.host import ERROR, MACHINE_SPEED
+from tests.harness.drive import order_of_convergence
+from tests.harness.host import ERROR, MACHINE_SPEED
 
 STEPS = (16e-3, 8e-3, 4e-3, 2e-3)
 
@@ -172,9 +172,8 @@ def test_ground_is_machine_plus_tip(new):
     instance = new().initialize({"machine.v": MACHINE_SPEED})
     for i in range(20):
         instance.step(i * 0.02, 0.02, {"crank.phi": 6.8 * i * 0.02, "crank.w": 6.8, "machine.v": 0.4 + i * i * 1e-3})
-        for end in ("x", "y", "vx", "vy", "ax", "ay"):
-            tip, ground = instance.get(f"tip.{end}", f"ground.{end}")
-            if end.endswith("y"):
-                assert tip == ground
+        for upward in ("y", "vy", "ay"):
+            tip, ground = instance.get(f"tip.{upward}", f"ground.{upward}")
+            assert tip == ground
         s, tip_x, ground_x = instance.get("machine.s", "tip.x", "ground.x")
         assert ground_x == s + tip_x

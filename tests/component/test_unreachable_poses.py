@@ -14,8 +14,8 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
-from tests.fmi.host import DISCARD, ERROR, OK, STEP_STATUS, TERMINATED, Instance, bits
-from tests.oracle.oracle import Oracle
+from fmu_src.oracle.oracle import Oracle
+from tests.harness.host import DISCARD, ERROR, OK, STEP_STATUS, TERMINATED, Instance, bits
 
 NOMINAL = load_interface().geometry
 

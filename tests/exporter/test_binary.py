@@ -10,7 +10,7 @@ from elftools.elf.dynamic import DynamicSection
 from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
 
-from tests.fmi import host, host3
+from tests.harness import host, host3
 
 FUNCTIONS = {2: {*host.FUNCTIONS, *host.MODEL_EXCHANGE_FUNCTIONS}, 3: {*host3.FUNCTIONS}}
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.exporter import cli
-from fmu_src.exporter.cli import main
+from fmu_src import cli
+from fmu_src.cli import main
 from fmu_src.exporter.compiler import CompileError, host_platform
 
 
@@ -46,6 +46,7 @@ def test_info_of_fmi3(fmu_files, capsys):
     for word in ("FMI 3.0", "Model Exchange: states", "event mode", "intermediate update", "adjoint", "der(machine.s)"):
         assert word in said
     assert host_platform().other_folder in said
+    assert said.count("directional derivatives") == 2  # of both interface types, as the description declares
 
 
 def test_validate(fmu_file, capsys):

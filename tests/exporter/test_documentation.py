@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-import re
+import posixpath
 import struct
 import zipfile
 
@@ -11,14 +11,12 @@ import pytest
 from lxml import etree, html
 from PIL import Image
 
-from fmu_src.exporter import documentation, icons
-from fmu_src.exporter.documentation import PIECES, DocumentationError, introduction, pieces
+from fmu_src.exporter import icons
+from fmu_src.exporter.documentation import carried_pages, html_name
 from fmu_src.exporter.icons import same_picture
-from fmu_src.exporter.model_description import FMI3
+from fmu_src.exporter.reference import definitions
 from fmu_src.exporter.terminals import SCHEMA
 from tests.conftest import PROJECT_ROOT
-
-PAGES = ("index.html", "fmi-ls-ref.html")
 
 
 @pytest.fixture(scope="module")
@@ -28,81 +26,105 @@ def content(fmi, fmu_files) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def page(content) -> etree._Element:
-    return html.document_fromstring(content["documentation/index.html"])
+def pages(content) -> dict[str, etree._Element]:
+    """By name in documentation/, as a browser reads them."""
+    return {
+        name.removeprefix("documentation/"): html.document_fromstring(data.decode())
+        for name, data in content.items()
+        if name.startswith("documentation/") and name.endswith(".html")
+    }
 
 
-# ---- the page ------------------------------------------------------------------------------------
+def said(page: etree._Element) -> str:
+    """What a page says, in one line."""
+    (main,) = page.iter("main")
+    return " ".join(main.text_content().split())
 
 
-@pytest.mark.parametrize("name", PAGES)
-def test_it_needs_nothing_else(content, name):
-    """No script, no style sheet, no picture from elsewhere; its links lead to what is in the FMU, or to the paper."""
-    root = html.document_fromstring(content[f"documentation/{name}"])
-    assert not list(root.iter("script", "link", "img", "iframe", "object"))
-    assert b"url(" not in content[f"documentation/{name}"] and b"@import" not in content[f"documentation/{name}"]
-    for link in root.iter("a"):
-        target = link.get("href")
-        assert target.startswith("https://doi.org/") or f"documentation/{target}" in content, target
+# ---- the pages -----------------------------------------------------------------------------------
 
 
-def test_every_variable_is_listed(page, interface):
-    rows = {row[1].text_content(): [cell.text_content() for cell in row] for row in page.iter("tr") if len(row) == 6}
+def test_they_are_those_that_the_first_one_links(pages):
+    assert sorted(pages) == sorted(map(html_name, carried_pages()))
+    linked = {link.get("href").partition("#")[0] for link in pages["index.html"].find(".//main").iter("a")}
+    assert linked >= set(pages) - {"index.html"}
+
+
+def test_they_need_nothing_else(pages, content):
+    """No script, no style sheet, nothing from elsewhere; each link, anchor and picture is in the FMU, or a paper's."""
+    anchors = {name: {e.get("id") for e in page.iter() if e.get("id")} for name, page in pages.items()}
+    for name, page in pages.items():
+        assert not list(page.iter("script", "link", "iframe", "object"))
+        text = content[f"documentation/{name}"]
+        assert b"url(" not in text and b"@import" not in text
+        for link in page.iter("a"):
+            target, _, fragment = link.get("href").partition("#")
+            if target.startswith("https://"):
+                continue
+            target = target or name
+            assert posixpath.normpath(f"documentation/{target}") in content, (name, target)
+            assert not fragment or fragment in anchors[target], (name, target, fragment)
+        for image in page.iter("img"):
+            assert f"documentation/{image.get('src')}" in content and image.get("alt"), (name, image.get("src"))
+
+
+def test_each_leads_to_all_others(pages):
+    for name, page in pages.items():
+        (nav,) = page.iter("nav")
+        assert [link.get("href") for link in nav.iter("a")] == [html_name(page) for page in carried_pages()]
+        (here,) = (link for link in nav.iter("a") if link.get("aria-current"))
+        assert here.get("href") == name and here.text == page.find(".//h1").text == page.find(".//title").text
+
+
+def test_they_are_the_pages_whole(pages):
+    """Every word of a page's Markdown paragraphs is there, and no mark is left over."""
+    for source in carried_pages():
+        text = said(pages[html_name(source)])
+        for left_over in ("**", "](", "<!--", "generated:", "|---"):
+            assert left_over not in text, (source, left_over)
+        for line in (PROJECT_ROOT / "fmu_src" / "documentation" / source).read_text(encoding="utf-8").splitlines():
+            if line.startswith("## "):
+                assert line.removeprefix("## ").replace("`", "") in text, (source, line)
+
+
+def test_pictures_are_carried_as_they_are(content):
+    """Pictures of their own, without a script, that a browser shows in light and dark."""
+    for name in ("linkage.svg", "speed_vs_error.svg"):
+        data = (PROJECT_ROOT / "fmu_src" / "documentation" / name).read_bytes()
+        assert content[f"documentation/{name}"] == data
+        assert not list(etree.fromstring(data).iter("{http://www.w3.org/2000/svg}script"))
+
+
+def test_the_drawing_names_every_parameter_of_the_geometry(content, interface):
+    drawn = etree.fromstring(content["documentation/linkage.svg"])
+    texts = [text.text for text in drawn.iter("{http://www.w3.org/2000/svg}text")]
+    for name in interface.geometry:
+        assert texts.count(name) == 1, name
+    assert {"x, forward", "y, up", "100 mm", "working direction"} <= set(texts)
+
+
+def test_every_variable_is_listed(pages, interface):
+    rows = {
+        row[1].text_content(): [cell.text_content() for cell in row]
+        for row in pages["interface.html"].iter("tr")
+        if len(row) == 6
+    }
     for v in interface.variables:
         assert rows[v.name][0] == str(v.value_reference) and rows[v.name][5] == v.text
     assert len(rows) == 1 + len(interface.variables), "and the line of headings"
 
 
-def test_it_shows_the_mechanism_and_says_what_it_should(page, fmi):
-    (svg,) = page.iter("svg")
-    assert len(list(svg.iter("polygon"))) == 2
-    headings = [heading.text for heading in page.iter("h2")]
-    assert headings[: len(PIECES)] == list(PIECES)
-    assert {"Interface", "Terminals", "Check your host", "The published planting cycle", "Licence"} <= set(headings)
-    said = " ".join(page.text_content().split())
-    assert "FMI 2.0 and 3.0, co-simulation and Model Exchange" in said
-    assert f"this file is for FMI {fmi}.0, co-simulation and Model Exchange" in said
-    assert "334.65 mm" in said and re.search(r"\d+ agree, \d+ differ, \d+ are not determined", said)
-    assert "**" not in said and "](" not in said, "Markdown left over"
+def test_they_say_what_they_should(pages, fmi):
+    first = said(pages["index.html"])
+    assert "an FMU for FMI 2.0 and 3.0, co-simulation and Model Exchange" in first
+    assert f"for FMI {fmi}.0, co-simulation and Model Exchange." in first, "this very file"
+    assert "334.65 mm" in said(pages["published_cycle.html"])
+    assert "BSD-2-Clause" in first
 
 
-def test_pieces():
-    """By heading or bold beginning, to the next of either; links to files of the project lose their target."""
-    text = "# T\n\nno\n" + "".join(
-        f"\n## {name}\n\ntext of {name}\n" if k % 2 else f"\n**{name}.** text of {name}, [a](b.md), [c](https://d)\n"
-        for k, name in enumerate(PIECES)
-    ) + "\n## The house\n\nnot this\n"  # fmt: skip
-    found = pieces(text)
-    assert list(found) == list(PIECES)
-    for k, name in enumerate(PIECES):
-        assert found[name] == f"text of {name}" + ("" if k % 2 else ", a, [c](https://d)")
-    with pytest.raises(DocumentationError, match="Limits"):
-        pieces(text.replace("Limits", "Borders"))
-
-
-def test_what_a_figure_says_goes_with_it():
-    """The pictures of README.md are not in the FMU."""
-    text = "".join(f"## {name}\n\nbefore\n\n![alt](a/b.svg)\n\nThe figure is\nthis. after\n\n" for name in PIECES)
-    assert set(pieces(text).values()) == {"before\n\nafter"}
-
-
-def test_introduction():
-    assert introduction("# Title\n\nSome [text](https://d),\n[here](e.md).\n\n![f](g)\n") == (
-        "Some [text](https://d),\nhere."
-    )
-    with pytest.raises(DocumentationError, match="title"):
-        introduction("no title\n\ntext\n\n")
-
-
-def test_without_the_readme_the_description_of_the_distribution_serves(monkeypatch, tmp_path, interface):
-    """As after `pip install`: the page is made from the copy there."""
-    monkeypatch.setattr(documentation, "README", tmp_path / "README.md")
-    assert b"What to connect" in documentation.documentation_content(interface, FMI3)["documentation/index.html"]
-
-
-def test_experiments_page(content, interface):
-    text = content["documentation/fmi-ls-ref.html"].decode()
-    for of in documentation.definitions(interface):
+def test_experiments_page(pages, interface):
+    text = said(pages["reference_results.html"])
+    for of in definitions(interface):
         assert of.name in text and of.description.partition("'")[0] in text
 
 

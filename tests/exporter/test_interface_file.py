@@ -34,6 +34,13 @@ MISTAKES = {
     "initial dependency on an input": ("tip.x", 'initially = ["tip"]', 'initially = ["crank.w"]', "crank.w"),
     "output that nobody computes": ("tip.x", 'computed_by = "position", ', "", "computed_by"),
     "input that is computed": ("crank.a", "start = 0.0", 'start = 0.0, computed_by = "angle"', "computed_by"),
+    "output with a range": ("tip.x", "initially", "range = [0.0, 1.0], initially", "range"),
+    "start beyond the range": ("geometry.L2", "start = 0.105", "start = 2e6", "start 2e.06 is not from 1e-06 to 1e.06"),
+    "start in the gap": ("geometry.L1", "start = 0.05", "start = 1e-9", "start 1e-09 is not 0 or from 1e-06 to 1e.06"),
+    "range without a gap's lower side": ("geometry.L1", "range = [0.0", "range = [1e-3", "smallest"),
+    "start that is no real": ("machine.v", "start = 0.0", "start = 0", "start = 0 must be a number with a decimal"),
+    "Boolean with a unit": ("geometry.L9", "start = 0.2, range = [0.0, 1e6], smallest = 1e-6", "start = true", "unit"),
+    "derivative of no state": ("der(machine.s)", 'of = "machine.s"', 'of = "tip.x"', "tip.x"),
     "unknown key": ("crank.a", "start = 0.0", "start = 0.0, minimum = 0.0", "minimum"),
 }
 

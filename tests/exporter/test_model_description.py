@@ -13,7 +13,7 @@ from lxml import etree
 
 from fmu_src.exporter.compiler import SOURCE_ROOT
 from fmu_src.exporter.model_description import Edition, ModelDescriptionError, model_description_xml
-from tests.fmi.host import DISCARD, OK, Instance
+from tests.harness.host import DISCARD, OK, Instance
 
 
 @pytest.fixture(scope="module")
@@ -113,13 +113,21 @@ UNITS = {  # exponents of SI base units; the unit that hosts show, and how many 
     "N.m": ({"kg": 1, "m": 2, "s": -2}, None),
     "1": ({}, None),
 }
-UNIT_OF = {  # by the end of the name
-    "time": "s", "crank.phi": "rad", "crank.w": "rad/s", "crank.a": "rad/s2", "machine.v": "m/s", "machine.s": "m",
-    ".fx": "N", ".fy": "N", ".x": "m", ".y": "m", ".vx": "m/s", ".vy": "m/s", ".ax": "m/s2", ".ay": "m/s2",
-    "tip.angle": "rad", "crank.tau": "N.m", "assembly.margin": "1", "geometry.phi1": "rad", "geometry.phi4": "rad",
-    "geometry.theta3": "rad", "geometry.theta8": "rad", "geometry.theta9": "rad", "crank.at_step_end": None,
-    "crank.smoothing": "s", "der(machine.s)": "m/s", "C": "m", "G": "m",  # geometry.XC and its like
-} | {f"geometry.L{n}": "m" for n in range(1, 10)}  # fmt: skip
+UNITS_OF = {  # every variable by name: a new one is entered here, beside those of its unit
+    "s": ["time", "crank.smoothing"],
+    "rad": ["crank.phi", "tip.angle", "geometry.phi1", "geometry.phi4",
+            "geometry.theta3", "geometry.theta8", "geometry.theta9"],
+    "rad/s": ["crank.w"],
+    "rad/s2": ["crank.a"],
+    "m": ["machine.s", "tip.x", "tip.y", "ground.x", "ground.y", *(f"geometry.L{n}" for n in range(1, 10)),
+          "geometry.XC", "geometry.YC", "geometry.XG", "geometry.YG"],
+    "m/s": ["machine.v", "tip.vx", "tip.vy", "ground.vx", "ground.vy", "der(machine.s)"],
+    "m/s2": ["tip.ax", "tip.ay", "ground.ax", "ground.ay"],
+    "N": ["tip.fx", "tip.fy"],
+    "N.m": ["crank.tau"],
+    "1": ["assembly.margin"],
+    None: ["crank.at_step_end"],
+}  # fmt: skip
 
 
 def test_units_are_what_their_names_say(root):
@@ -133,8 +141,10 @@ def test_units_are_what_their_names_say(root):
 
 
 def test_each_variable_has_its_unit_and_shows_it(variables):
+    unit_of = {name: unit for unit, names in UNITS_OF.items() for name in names}
+    assert set(unit_of) == set(variables)
     for name, variable in variables.items():
-        (expected,) = {unit for end, unit in UNIT_OF.items() if name.endswith(end)}
+        expected = unit_of[name]
         assert variable[0].get("unit") == expected, name
         display = UNITS[expected][1] if expected else None
         assert variable[0].get("displayUnit") == (display[0] if display else None), name

@@ -13,7 +13,7 @@ from elftools.elf.elffile import ELFFile
 from fmu_src.exporter import compiler
 from fmu_src.exporter.compiler import PLATFORMS, CompileError, compile_library, host_platform
 from fmu_src.exporter.mach_o import universal
-from tests.fmi import host, host3
+from tests.harness import host, host3
 
 FUNCTIONS = {2: {*host.FUNCTIONS, *host.MODEL_EXCHANGE_FUNCTIONS}, 3: {*host3.FUNCTIONS}}
 

@@ -12,8 +12,9 @@ import pytest
 from lxml import etree
 
 from fmu_src.exporter import reference
+from fmu_src.formats import ls_ref
 from fmu_src.exporter.archive import write_archive
-from fmu_src.exporter.reference import FOLDER, MANIFEST, UnreadableReference, deviations, read_reference, read_table
+from fmu_src.formats.ls_ref import FOLDER, MANIFEST, UnreadableReference, deviations, read_reference, read_table
 
 ROLES = ("parameter", "experiment/validation", "result", "document", "other")  # those of FMI-LS-REF that we use
 LS = f"{{{reference.MANIFEST_NAMESPACE}}}fmi-ls-"
@@ -26,7 +27,7 @@ def content(fmu_file) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def experiments(fmu_file) -> list[reference.Experiment]:
+def experiments(fmu_file) -> list[ls_ref.Experiment]:
     return read_reference(fmu_file)
 
 
@@ -35,13 +36,16 @@ def test_manifest(content):
     root = etree.fromstring(content[MANIFEST])
     assert root.tag == "fmiReferences"
     assert root.get(LS + "name") == "org.fmi-standard.fmi-ls-ref" and root.get(LS + "version") == "1.0.0-beta.1"
-    assert root.get(LS + "description").startswith("Layered Standard providing information on related files")
+    fixed = "Layered Standard providing information on related files included in an FMU."
+    assert root.get(LS + "description") == fixed
     named = {related.get("source"): related for related in root}
     assert len(named) == len(root) and all(related.tag == "Related" for related in root)
     assert {f"{FOLDER}/{source}" for source in named} == {n for n in content if n.startswith(FOLDER)} - {MANIFEST}
     for source, related in named.items():
         assert related.get("role") in ROLES and related.get("type") and related.get("description")
-        assert related.get("checksum") == hashlib.sha3_256(content[f"{FOLDER}/{source}"]).hexdigest()
+        (checksum,) = related.iterfind(f"Annotations/Annotation[@type='{ls_ref.CHECKSUM}']/Checksum")
+        assert checksum.get("checksumType") == "SHA3-256"
+        assert checksum.get("checksum") == hashlib.sha3_256(content[f"{FOLDER}/{source}"]).hexdigest()
 
 
 def test_parameter_sets(content, interface):
@@ -51,7 +55,7 @@ def test_parameter_sets(content, interface):
     )
     for name in (name for name in content if name.endswith(".ssv")):
         schema.assertValid(etree.fromstring(content[name]))
-    nominal = reference._read_parameters(etree.fromstring(content[f"{FOLDER}/nominal.ssv"]))
+    nominal = ls_ref._read_parameters(etree.fromstring(content[f"{FOLDER}/nominal.ssv"]))
     assert nominal == {f"geometry.{name}": value for name, value in interface.geometry.items()}
 
 
@@ -114,8 +118,31 @@ def test_times_among_the_attributes(tmp_path, content, experiments):
 def without_checksums(manifest: bytes) -> bytes:
     root = etree.fromstring(manifest)
     for related in root:
-        del related.attrib["checksum"]
+        related.remove(related.find("Annotations"))
     return etree.tostring(root)
+
+
+def with_checksums_as_attributes(manifest: bytes, algorithm: str, digest: str) -> bytes:
+    """As versions of FMI-LS-REF after 1.0.0-beta.1 have them."""
+    root = etree.fromstring(without_checksums(manifest))
+    for related in root:
+        if related.get("source") == "nominal.ssv":
+            related.attrib.update({"checksum": digest, "checksumType": algorithm})
+    return etree.tostring(root)
+
+
+@pytest.mark.parametrize("algorithm", ["SHA3-256", "SHA3-512", "SHA-256", "SHA-512"])
+def test_checksums_of_other_writers(tmp_path, content, algorithm, experiments):
+    name = algorithm.lower().replace("sha3-", "sha3_").replace("sha-", "sha")
+    right = hashlib.new(name, content[f"{FOLDER}/nominal.ssv"]).hexdigest().upper()
+    for digest in (right, right[::-1]):
+        files = content | {MANIFEST: with_checksums_as_attributes(content[MANIFEST], algorithm, digest)}
+        write_archive(tmp_path / "other.fmu", files)
+        if digest == right:
+            assert len(read_reference(tmp_path / "other.fmu")) == len(experiments)
+        else:
+            with pytest.raises(UnreadableReference, match="nominal.ssv: changed since"):
+                read_reference(tmp_path / "other.fmu")
 
 
 @pytest.mark.parametrize(
@@ -144,7 +171,9 @@ def test_a_file_that_is_no_fmu(tmp_path):
             read_reference(path)
 
 
-@pytest.mark.parametrize("text", ["", "time,x\n", "x,time\n1,2\n", "time,x,x\n1,2,3\n", "time,x\n1\n", "time,x\n1,two\n"])
+@pytest.mark.parametrize(
+    "text", ["", "time,x\n", "x,time\n1,2\n", "time,x,x\n1,2,3\n", "time,x\n1\n", "time,x\n1,two\n"]
+)
 def test_tables_that_are_none(text):
     with pytest.raises((ValueError, StopIteration)):
         read_table(text)

@@ -17,8 +17,8 @@ from lxml import etree
 
 from fmu_src.exporter.compiler import FMI_HEADERS, SOURCE_ROOT
 from fmu_src.exporter.sources import SCHEMA
-from tests.fmi.host import Fmu, Instance, bits
-from tests.fmi.host3 import FUNCTIONS
+from tests.harness.host import Fmu, Instance, bits
+from tests.harness.host3 import FUNCTIONS
 
 COMPILERS = {"gcc": ["gcc"], "clang": ["clang"], "zig cc": [sys.executable, "-m", "ziglang", "cc"]}
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Werror"]

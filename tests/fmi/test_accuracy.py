@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from fmu_src.oracle.oracle import Oracle, conditioning, error
+from fmu_src.oracle.tables import Row, rows
 from fmu_src.twin.linkage import Geometry, solve
 from tests.conftest import BOTH_VERSIONS
-from tests.fmi.host import DISCARD, PLANTING_SPEED, Instance
-from tests.oracle.oracle import Oracle, conditioning, error
-from tests.oracle.tables import Row, rows
+from tests.harness.host import DISCARD, PLANTING_SPEED, Instance
 
 TIP = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay")
 BOUNDS = (1e-15, 1e-14, 2e-13, 4e-12)  # m, m/s, m/s2, m/s3 at 65 plants a minute

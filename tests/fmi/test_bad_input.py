@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref, c_char_p, c_double, c_int32, c_size_t, c_uint32, c_void_p
@@ -11,7 +12,8 @@ from ctypes import byref, c_char_p, c_double, c_int32, c_size_t, c_uint32, c_voi
 import pytest
 
 from fmu_src.interface import load_interface
-from tests.fmi.host import (
+from tests.fmi.test_state_machine import CALLS
+from tests.harness.host import (
     DISCARD,
     ERROR,
     FUNCTIONS,
@@ -22,8 +24,7 @@ from tests.fmi.host import (
     TERMINATED,
     Instance,
 )
-from tests.fmi.life import between_steps, in_initialization
-from tests.fmi.test_state_machine import CALLS
+from tests.harness.life import between_steps, in_initialization
 
 INTERFACE = load_interface()
 COUNT = len(INTERFACE.variables)
@@ -228,7 +229,8 @@ def test_parameters_are_fixed_after_initialization(new, name):
 @pytest.mark.parametrize("name", REALS)
 def test_values_that_are_no_numbers(new, name, value):
     instance = in_initialization(new())
-    least, greatest = INTERFACE[name].range or (-1e60, 1e60)
+    least, greatest = INTERFACE.limits(INTERFACE[name])
+    least = getattr(INTERFACE[name], "smallest", 0.0) or least
     with refused(instance, name, "finite", f"{value:g}", f"from {least:g} to {greatest:g}"):
         assert instance.try_set({name: value}) == ERROR
 
@@ -342,16 +344,14 @@ def test_any_tolerance_will_do(new, tolerance):
     ],
 )
 def test_impossible_geometry(new, name, value):
-    """Refused at the end of initialization, when all parameters are there; and no output can be read before."""
-    instance, parameter = new().setup().enter(), f"geometry.{name}"
-    right = instance.get(parameter)[0]
-    instance.set({parameter: value})
-    said = f"= {value:g} m"
-    with refused(instance, "fmi2GetReal", parameter, said):
-        assert instance.try_get(["tip.x"])[0] == ERROR
-    with refused(instance, "fmi2ExitInitializationMode", parameter, said):
-        assert instance.call("fmi2ExitInitializationMode") == ERROR
-    instance.set({parameter: right}).exit().step(0.0, 0.01)
+    """Refused when it is set, with the range that interface.toml declares; the greatest and the least are in it."""
+    instance, parameter = new().setup().enter(), INTERFACE[f"geometry.{name}"]
+    least, greatest = parameter.smallest or parameter.range[0], parameter.range[1]
+    with refused(instance, "fmi2SetReal", f"{parameter.name} = {value:g}: ", f"from {least:g} to {greatest:g}"):
+        assert instance.try_set({parameter.name: value}) == ERROR
+    for limit in (least, greatest):
+        assert instance.try_set({parameter.name: limit}) == OK
+    instance.set({parameter.name: parameter.start}).exit().step(0.0, 0.01)
 
 
 @pytest.mark.parametrize("name", ["L1", "L4", "L5", "L8", "L9", "XC", "YC", "XG", "YG"])
@@ -435,6 +435,32 @@ def test_a_forged_state_cannot_crash(new):
             instance.try_step(instance.last_successful_time(), 0.01)
             instance.call("fmi2CancelStep")
     assert refusals > COUNT, "at least the variables and the mode are looked at"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("geometry.L3", 0.0),
+        ("geometry.L1", 1e-9),
+        ("geometry.YG", -1e7),
+        ("crank.smoothing", -1.0),
+        ("crank.phi", 1e60),
+    ],
+)
+def test_a_state_beyond_the_range_of_a_parameter(new, name, value):
+    """Fitted with its checksum, it is refused; the greatest input is not."""
+    instance = between_steps(new())
+    forged, known = bytearray(instance.serialize()), INTERFACE["geometry.L7"]
+    # the variables lie in the order of their references
+    place = bytes(forged).index(struct.pack("<d", instance.get(known.name)[0]), HEADER)
+    place += 8 * (INTERFACE[name].value_reference - known.value_reference)
+    forged[place : place + 8] = struct.pack("<d", value)
+    forged[HEADER - 8 : HEADER] = fnv1a(forged[HEADER:]).to_bytes(8, "little")
+    if name == "crank.phi":
+        assert instance.try_deserialize(bytes(forged))[0] == OK
+        return
+    with refused(instance, "makes no sense"):
+        assert instance.try_deserialize(bytes(forged))[0] == ERROR
 
 
 @pytest.mark.parametrize("size", [0, 1, 100])

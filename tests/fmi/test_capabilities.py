@@ -15,9 +15,9 @@ from lxml import etree
 
 from fmu_src.exporter.model_description import FMI3, NATIVE, model_description_xml
 from fmu_src.interface import load_interface
-from tests.fmi.drive import angle_only, distances, drive, exact_tip, one_derivative, uneven
-from tests.fmi.host import ERROR, OK, PENDING, Instance, bits
-from tests.fmi.life import BEGINNING, END, begin, tell
+from tests.harness.drive import angle_only, distances, drive, exact_tip, one_derivative, uneven
+from tests.harness.host import ERROR, OK, PENDING, Instance, bits
+from tests.harness.life import BEGINNING, END, begin, tell
 
 EDITIONS = {2: NATIVE, 3: FMI3}
 DECLARED = [

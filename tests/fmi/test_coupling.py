@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fmu_src.twin.linkage import Geometry, solve
-from tests.fmi.drive import (
+from tests.harness.drive import (
     TIP,
     Rotation,
     angle_and_speed,
@@ -29,7 +29,7 @@ from tests.fmi.drive import (
     two_derivatives,
     uneven,
 )
-from tests.fmi.host import PLANTING_SPEED
+from tests.harness.host import PLANTING_SPEED
 
 STEPS = (8e-3, 4e-3, 2e-3, 1e-3)  # s
 START_UP = 5  # steps until every history is full

@@ -8,10 +8,10 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
+from fmu_src.oracle.oracle import error
+from fmu_src.oracle.tables import rows
 from tests.conftest import BOTH_VERSIONS
-from tests.fmi.host import ERROR, PLANTING_SPEED, bits
-from tests.oracle.oracle import error
-from tests.oracle.tables import rows
+from tests.harness.host import ERROR, PLANTING_SPEED, bits
 
 pytestmark = BOTH_VERSIONS
 
@@ -100,7 +100,31 @@ def test_unknowns_are_outputs(new, name):
     assert str(name) in instance.last_message.text
 
 
-@pytest.mark.parametrize("name", ["tip.x", "time", "geometry.L1", "crank.at_step_end", 0, COUNT + 1, 2**32 - 1])
+@pytest.mark.parametrize("mode", ["Initialization", "Event", "ContinuousTime", "Step", "Terminated"])
+def test_nothing_depends_on_the_time_itself(new, mode, version):
+    """The independent variable is a known in every mode (FMI 2.0.4, section 2.1.9; FMI 3.0.2, 2.4.8): its column is 0."""
+    prefix = f"fmi{version}"
+    instance = new(model_exchange=mode in ("Event", "ContinuousTime")).setup().enter().set(POINTS[0])
+    if mode != "Initialization":
+        instance.exit()
+    if mode == "ContinuousTime":
+        instance.demand(instance.call(f"{prefix}EnterContinuousTimeMode"), mode)
+    if mode in ("Step", "Terminated"):
+        instance.step(0.0, 0.01)
+    if mode == "Terminated":
+        instance.demand(instance.call("fmi2Terminate"), mode)
+    unknowns = [*OUTPUTS, "der(machine.s)"]
+    assert instance.sensitivity(unknowns, {"time": 3.0}) == [0.0] * len(unknowns)
+    others = {"crank.phi": 2.0, "machine.v": -1.0}
+    assert bits(instance.sensitivity(unknowns, others | {"time": 5.0})) == bits(instance.sensitivity(unknowns, others))
+    if version == 3:
+        found = instance.adjoint(dict.fromkeys(unknowns, 1.0), ["time", "crank.phi"])
+        assert found[0] == 0.0 != found[1]
+    status, _ = instance.try_sensitivity(unknowns, {"time": math.nan})
+    assert status == ERROR and "time = " in instance.last_message.text
+
+
+@pytest.mark.parametrize("name", ["tip.x", "geometry.L1", "crank.at_step_end", 0, COUNT + 1, 2**32 - 1])
 def test_knowns_are_inputs(new, name):
     instance = new().initialize()
     assert instance.try_sensitivity(["tip.x"], {"crank.phi": 1.0, name: 1.0})[0] == ERROR

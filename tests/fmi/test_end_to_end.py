@@ -14,7 +14,7 @@ from fmpy.util import read_csv
 
 from fmu_src.twin.linkage import Geometry, solve
 from tests.conftest import BOTH_VERSIONS
-from tests.fmi.host import MACHINE_SPEED, PLANTING_SPEED
+from tests.harness.host import MACHINE_SPEED, PLANTING_SPEED
 
 pytestmark = BOTH_VERSIONS
 

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from tests.fmi.drive import angle_and_speed, angle_only, distances, drive, exact_tip, uneven
-from tests.fmi.host import DISCARD, ERROR, OK, bits
-from tests.fmi.host3 import Instance3
-from tests.fmi.life import BEGINNING, END, MODES, OPEN, OPEN_ANGLE, begin, tell
-from tests.oracle.tables import rows
+from fmu_src.oracle.tables import rows
+from tests.harness.drive import angle_and_speed, angle_only, distances, drive, exact_tip, uneven
+from tests.harness.host import DISCARD, ERROR, OK, bits
+from tests.harness.host3 import Instance3
+from tests.harness.life import BEGINNING, END, MODES, OPEN, OPEN_ANGLE, begin, tell
 
 pytestmark = pytest.mark.parametrize("version", [3], ids=["fmi3"])
 

@@ -6,8 +6,8 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 
 from tests.conftest import BOTH_VERSIONS
-from tests.fmi.host import Instance
-from tests.fmi.life import END, begin, tell
+from tests.harness.host import Instance
+from tests.harness.life import END, begin, tell
 
 pytestmark = BOTH_VERSIONS
 

@@ -9,8 +9,8 @@ from ctypes import byref, c_void_p
 import fmpy
 import pytest
 
-from tests.fmi.host import ERROR, OK, Instance
-from tests.fmi.life import END, begin, tell
+from tests.harness.host import ERROR, OK, Instance
+from tests.harness.life import END, begin, tell
 
 
 class Heap:

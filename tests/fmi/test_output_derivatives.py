@@ -6,14 +6,21 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
+from fmu_src.oracle.oracle import Oracle
 from tests.conftest import BOTH_VERSIONS
-from tests.fmi.drive import angle_and_speed, angle_only, angle_speed_acceleration, two_derivatives, uneven
-from tests.fmi.host import ERROR, Instance
-from tests.oracle.oracle import Oracle
+from tests.harness.drive import angle_and_speed, angle_only, angle_speed_acceleration, two_derivatives, uneven
+from tests.harness.host import ERROR, Instance
 
 NOMINAL = load_interface().geometry
 OUTPUTS = [variable.name for variable in load_interface().of_kind("output")]
 COUNT = len(load_interface().variables)
+# Of each of the tip's coordinates: relative to what, whether it is the forward one, and its order by time.
+COORDINATES = {
+    f"{frame}.{rate}{axis}": (frame, axis == "x", order)
+    for frame in ("tip", "ground")
+    for order, rate in enumerate(("", "v", "a"))
+    for axis in ("x", "y")
+}
 
 
 # ---- against exact numbers -----------------------------------------------------------------------
@@ -38,15 +45,19 @@ def exact_derivatives(name: str, phi: float, w: float, a: float, travel: tuple, 
 
     def coordinate(t: mpf) -> mpf:
         tip = oracle.pose(angle(t)).J
-        travelled = polynomial(travel, t) if name.startswith("ground.") else 0
-        return tip.real + travelled if name.endswith("x") else tip.imag
+        frame, is_forward, _ = COORDINATES[name]
+        travelled = polynomial(travel, t) if frame == "ground" else 0
+        return tip.real + travelled if is_forward else tip.imag
 
-    of, first = {
+    others = {
         "machine.s": (lambda t: polynomial(travel, t), 0),
         "crank.tau": (torque, 0),
         "tip.angle": (lambda t: oracle.nozzle_angle(angle(t), 0)[0], 0),
         "assembly.margin": (lambda t: oracle.margin(angle(t), 0)[0], 0),
-    }.get(name, (coordinate, {"v": 1, "a": 2}.get(name.split(".")[1][0], 0)))
+    }
+    if name not in others and name not in COORDINATES:
+        pytest.fail(f"{name} is new: say here what it is, as a function of time", pytrace=False)
+    of, first = others.get(name) or (coordinate, COORDINATES[name][2])
     with mp.workdps(40):
         return [float(mp.diff(of, 0, first + n)) for n in range(3)]
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from ctypes import byref, c_void_p
+from ctypes import byref, c_void_p, create_string_buffer
 from pathlib import Path
 
 import pytest
 
 from tests.conftest import BOTH_VERSIONS
-from tests.fmi.host import ERROR, OK, bits
-from tests.fmi.life import BEGINNING, END, MODES, begin, between_steps, tell
+from tests.harness.host import ERROR, OK, bits
+from tests.harness.life import BEGINNING, END, MODES, begin, between_steps, tell
 
 pytestmark = BOTH_VERSIONS
 
@@ -51,7 +51,7 @@ def test_replay_in_another_process(fmu, new, tmp_path, at_step_end, version):
     instance, file = begin(new(), at_step_end), tmp_path / "state"
     tell(instance, 0, BEGINNING)
     file.write_bytes(instance.serialize())
-    command = [sys.executable, "-m", "tests.fmi.replay", fmu.folder, fmu.callbacks, file]
+    command = [sys.executable, "-m", "tests.harness.replay", fmu.folder, fmu.callbacks, file]
     command += map(str, (BEGINNING, END, version))
     done = subprocess.run(command, cwd=PROJECT_ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -125,6 +125,39 @@ def test_the_memory_of_a_state_can_be_used_again(new):
     assert instance.call("fmi2GetFMUstate", byref(state)) == OK
     assert state.value == address
     assert instance.serialize(state) == instance.serialize()
+
+
+@pytest.mark.parametrize("fill", [0x00, 0x01, 0xA5, 0xFF])
+def test_where_a_deserialized_state_comes_from_is_not_read(new, fill):
+    """*FMUstate is an output of DeSerialize, whatever the host left there (2.0.4, section 2.1.8; 3.0.2, 2.2.7.4)."""
+    instance = begin(new())
+    tell(instance, 0, 5)
+    serialized, expected = instance.serialize(), bits(instance.outputs())
+    tell(instance, 5, 9)
+    # eight bytes of the host, with others around them
+    room = (c_void_p * 3)(*[int.from_bytes([fill] * 8, "little")] * 3)
+    before = bytes(room)
+    place = byref(c_void_p.from_buffer(room, 8))
+    function, buffer = "fmi2DeSerializeFMUstate", create_string_buffer(serialized, len(serialized))
+    assert instance.call(function, buffer, len(serialized), place) == OK
+    assert bytes(room)[:8] == before[:8] and bytes(room)[16:] == before[16:]
+    state = c_void_p(room[1])
+    instance._states.append(state)
+    assert bits(instance.restore(state).outputs()) == expected
+
+
+def test_a_state_of_the_host_is_left_alone_by_deserializing(new):
+    """Where *FMUstate is a state that the host still holds: it keeps what it holds; the read one is another."""
+    instance = begin(new())
+    tell(instance, 0, 5)
+    held, content = instance.save(), instance.serialize()
+    tell(instance, 5, 9)
+    serialized, place = instance.serialize(), c_void_p(held.value)
+    buffer = create_string_buffer(serialized, len(serialized))
+    assert instance.call("fmi2DeSerializeFMUstate", buffer, len(serialized), byref(place)) == OK
+    instance._states.append(place)
+    assert place.value != held.value
+    assert instance.serialize(held) == content and instance.serialize(place) == serialized
 
 
 def test_equal_instances_have_equal_bytes(new):

@@ -8,7 +8,7 @@ from ctypes import byref, c_char_p, c_double, c_int32, c_size_t, c_void_p
 
 import pytest
 
-from tests.fmi.host import (
+from tests.harness.host import (
     ERROR,
     FUNCTIONS,
     LAST_SUCCESSFUL_TIME,
@@ -19,7 +19,7 @@ from tests.fmi.host import (
     Instance,
     bits,
 )
-from tests.fmi.life import MODES, STEP, begin, between_steps, tell
+from tests.harness.life import MODES, STEP, begin, between_steps, tell
 
 BEFORE, INITIALIZATION, STEPS, REFUSED, END = MODES
 EVERYWHERE = set(MODES)

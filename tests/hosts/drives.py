@@ -1,7 +1,7 @@
 """What foreign hosts drive the linkage through, and the exact answer to it.
 
 Two motions of the crank, each STEPS communication steps of STEP: `even`, where the component's prediction is exact,
-and `ripple`, where it is within README's coupling table. The machine's speed keeps to the crank's (one plant every
+and `ripple`, where it is within the coupling table of connecting.md. The machine's speed keeps to the crank's (one plant every
 400 mm), so that the travel has a closed form too. All hosts give angle, speed and acceleration.
 """
 
@@ -14,12 +14,13 @@ from functools import cache
 from mpmath import mpf
 
 from fmu_src.interface import load_interface
-from tests.fmi.drive import Rotation, even, uneven
-from tests.oracle.oracle import Oracle
+from fmu_src.oracle.oracle import Oracle
+from scenarios.common.operating_point import PLANTING_SPEED
+from tests.harness.drive import Rotation, even, uneven
 
 STEP, STEPS = 1e-3, 1000
-SPEED = 6.807  # rad/s: 65 turns a minute
-SHARE, PULSE = 0.1, 6 * math.pi  # of RIPPLE: as tests.fmi.drive.uneven()
+SPEED = PLANTING_SPEED
+SHARE, PULSE = 0.1, 6 * math.pi  # of RIPPLE: as tests.harness.drive.uneven()
 TRAVEL = 0.4 / (2 * math.pi)  # m a radian
 INPUTS = ("crank.phi", "crank.w", "crank.a", "machine.v")
 OUTPUTS = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "machine.s")
@@ -85,6 +86,6 @@ def exact_tip(phi: float, w: float, a: float) -> tuple[float, ...]:
 
 EULER = 0.03  # mm: the first-order solver of the hosts leaves half a step of changing speed, 0.022 mm here
 EVEN = Drive("even", "constant speed", even(SPEED), 0.0, ROUNDING)
-COUPLED = predicted(1.5e-7, 4, 5e-4, "README's coupling table")  # also at the start: the jerk is 0 there
+COUPLED = predicted(1.5e-7, 4, 5e-4, "the coupling table of connecting.md")  # also at the start: the jerk is 0 there
 RIPPLE = Drive("ripple", "10 % ripple in speed at 3 Hz", uneven(), SHARE, COUPLED)
 DRIVES = {drive.key: drive for drive in (EVEN, RIPPLE)}

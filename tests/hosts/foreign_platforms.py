@@ -20,20 +20,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich import box
-from rich.console import Console
-from rich.table import Table
-
 from fmu_src.exporter.build import build_fmu
 from fmu_src.exporter.compiler import PLATFORMS, Platform, compile_program, host_platform
 from fmu_src.interface import load_interface
-from scenarios.reports import markdown_table
+from scenarios.common import reports
+from scenarios.common.reports import markdown_table
 
+ROOT = Path(__file__).resolve().parents[2]
 SOURCE = Path(__file__).with_name("platform_bits.c")
 TIME_LIMIT = 300  # s
 AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")
 WINE = ("wine64", "/usr/lib/wine/wine64", "wine")
-WINE_PREFIX = Path(__file__).resolve().parents[2] / "build" / "hosts" / "wine"  # takes wine 10 s to make
+WINE_PREFIX = ROOT / "build" / "hosts" / "wine"  # takes wine 10 s to make
 QEMU = ("qemu-aarch64-static", "qemu-aarch64")
 ALIKE = "to the bit"
 HEADINGS = ("FMI", "platform", "run by", "answers", "numbers", "different", "worst", "s")
@@ -81,7 +79,7 @@ def answers(version: int, library: Path, target: Platform, folder: Path) -> list
     command = runner(target)
     program = folder / f"platform_bits{version}-{target.name}{'.exe' if target.suffix == '.dll' else ''}"
     # -s as the FMU has it: else zig builds the C library of Windows a second time, over a minute where its cache is cold
-    options = (f"-DFMI={version}", "-s", *(() if target.suffix == ".dll" else ("-ldl",)))
+    options = ("-I", str(ROOT), f"-DFMI={version}", "-s", *(() if target.suffix == ".dll" else ("-ldl",)))
     compile_program((SOURCE,), program, target, *options)
     WINE_PREFIX.parent.mkdir(parents=True, exist_ok=True)
     command += [str(program), str(library), load_interface().token]
@@ -140,6 +138,7 @@ def compare_platforms(version: int, folder: Path) -> tuple[list[tuple[str, ...]]
     native = answers(version, libraries[host_platform().name], host_platform(), folder)
     for platform, library in libraries.items():
         target, who, begin = PLATFORMS[platform], f"FMI {version}.0, {platform}", time.perf_counter()
+        print(who, flush=True)
         try:
             found = compare(native, answers(version, library, target, folder))
         except CannotRun as lack:
@@ -156,16 +155,15 @@ def compare_platforms(version: int, folder: Path) -> tuple[list[tuple[str, ...]]
 
 
 def main() -> int:
-    console, rows, notes = Console(), [], []
+    """0 where all platforms that could be run answer alike; else 1."""
+    names = ", ".join(name for name, target in PLATFORMS.items() if target.suffix != ".dylib")
+    print(f"compiling for {names}: minutes the first time, then seconds", flush=True)
+    console, rows, notes = reports.console(), [], []
     with tempfile.TemporaryDirectory() as name:
         for version in (2, 3):
             for all_, more in zip((rows, notes), compare_platforms(version, Path(name)), strict=True):
                 all_.extend(more)
-    console.width = max(console.width, 100)
-    table = Table(*HEADINGS, box=box.ROUNDED if console.is_terminal else box.ASCII)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+    reports.show_table(console, "", HEADINGS, rows, words=HEADINGS[:4])
     for line in notes:
         console.print(line, highlight=False, markup=False)
     output = Path("build/reports/hosts")

@@ -3,32 +3,12 @@
  * each number as its 16 hexadecimal digits; messages as they are. The inputs come from integers and
  * the four operations of arithmetic alone, so that they are the same on every platform;
  * foreign_platforms.py compares the lines. POSIX and Windows. */
+#include "scenarios/common/loader.h"
 #if FMI == 3
 #include "fmi3Functions.h"
-#else
-#include "fmi2Functions.h"
 #endif
 
 #include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#if defined(_WIN32)
-#include <windows.h>
-static void *load(const char *path) { return (void *)LoadLibraryA(path); }
-static void find(void *library, const char *name, void *function) {
-    FARPROC address = GetProcAddress((HMODULE)library, name);
-    memcpy(function, &address, sizeof address);
-}
-#else
-#include <dlfcn.h>
-static void *load(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
-static void find(void *library, const char *name, void *function) {
-    void *address = dlsym(library, name);
-    memcpy(function, &address, sizeof address);
-}
-#endif
 
 /* Value references, and how many of each kind follow each other. */
 enum { PHI = 2, INPUTS = 6, FIRST_OUTPUT = 8, OUTPUTS = 16, ANGLE_OUTPUTS = 7 };
@@ -41,12 +21,8 @@ static unsigned references[REFERENCES];
 typedef void (*Function)(void);
 
 static Function function(const char *name) {
-    Function found = NULL;
-    find(library, name, &found);
-    if (found == NULL) {
-        fprintf(stderr, "%s is not there\n", name);
-        exit(1);
-    }
+    Function found;
+    load_function(library, name, &found);
     return found;
 }
 
@@ -59,15 +35,15 @@ static Function function(const char *name) {
 typedef fmi3FMUState State;
 typedef fmi3Status Status;
 
-static void print_message(fmi3InstanceEnvironment environment, fmi3Status status,
-                          fmi3String category, fmi3String message) {
+static void tell_message(fmi3InstanceEnvironment environment, fmi3Status status,
+                         fmi3String category, fmi3String message) {
     (void)environment;
     printf("message %d %s %s\n", (int)status, category, message);
 }
 
-static void *new_instance(const char *token) {
+static void *begin(const char *token) {
     return CALL(InstantiateCoSimulation)("bits", token, "", false, true, false, false, NULL, 0,
-                                         NULL, print_message, NULL);
+                                         NULL, tell_message, NULL);
 }
 
 static Status enter(void *c) {
@@ -117,14 +93,14 @@ static Status step(void *c, double time, double h) {
 typedef fmi2FMUstate State;
 typedef fmi2Status Status;
 
-static void print_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                          fmi2String category, fmi2String message, ...) {
+static void tell_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                         fmi2String category, fmi2String message, ...) {
     (void)environment, (void)name;
     printf("message %d %s %s\n", (int)status, category, message);
 }
 
-static void *new_instance(const char *token) {
-    static const fmi2CallbackFunctions callbacks = {print_message, calloc, free, NULL, NULL};
+static void *begin(const char *token) {
+    static const fmi2CallbackFunctions callbacks = {tell_message, calloc, free, NULL, NULL};
     return CALL(Instantiate)("bits", fmi2CoSimulation, token, "", &callbacks, fmi2False, fmi2True);
 }
 
@@ -264,14 +240,10 @@ static void play(void *c, int geometry) {
 int main(int count, char *arguments[]) {
     if (count != 3)
         return 2;
-    library = load(arguments[1]);
-    if (library == NULL) {
-        fprintf(stderr, "%s does not load\n", arguments[1]);
-        return 1;
-    }
+    library = open_library(arguments[1]);
     for (unsigned i = 0; i < REFERENCES; ++i)
         references[i] = i;
-    void *c = new_instance(arguments[2]);
+    void *c = begin(arguments[2]);
     if (c == NULL)
         return 1;
     for (int geometry = 0; geometry < GEOMETRIES; ++geometry)

@@ -1,37 +1,43 @@
 """The FMUs, unchanged, through hosts and checkers that others wrote: `python -m tests.hosts.table`, which is
 `make hosts`.
 
-Each host runs each FMU and interface that it plays along the drives of drives.py; the values it returns are held
-against the exact answer (judge.py). A host whose tools are missing is skipped by name. Tables go to the terminal and,
-as Markdown and CSV, to build/reports/hosts.
+First it says what will be fetched and built; each tool is prepared once, before all runs. Each host runs each FMU and
+interface that it plays along the drives of drives.py; the values it returns are held against the exact answer
+(judge.py). A host that cannot be had is skipped with a line. Tables go to the terminal and, as Markdown and CSV, to
+build/reports/hosts.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from types import ModuleType
 
-from rich import box
+import psutil
 from rich.console import Console
-from rich.table import Table
-from tqdm import tqdm
 
-from scenarios.reports import markdown_table, write_csv
+from scenarios.common import reports
+from scenarios.common.reports import markdown_table, write_csv
 from tests.hosts.drives import DRIVES, ROUNDING, STEP, STEPS
 from tests.hosts.foreign import CHECKERS, HOSTS, interfaces, load
 from tests.hosts.judge import Errors, Judgement, judge
 
 FMUS = tuple(Path("build") / edition / "TransplanterLinkage.fmu" for edition in ("fmi2", "fmi3"))
-TIME_LIMIT = 600  # s, with what cargo and mvn have to build and fetch the first time
+TIME_LIMIT = 300  # s: one host with one interface, or one checker
+PREPARATION_LIMIT = 3600  # s: cargo or mvn, the first time
+HEARTBEAT = 20  # s: between two lines on what is being prepared
 AGREES, CLEAN, DIFFERS, DEFECT = "agrees", "nothing reported", "DIFFERS", "host defect"
 HEADINGS = ("host", "version", "FMI", "inputs by", *(f"{key}, mm" for key in DRIVES), "s", "verdict")
 CHECK_HEADINGS = ("checker", "version", "FMI", "s", "verdict")
+WORDS = ("version", "FMI", "inputs by", "verdict")  # headings of texts
 
 
 class Failed(RuntimeError):
@@ -99,43 +105,130 @@ class Check:
         return [f"{self.checker.NAME}, FMI {self.edition}: {self.remark}"] * bool(self.remark)
 
 
+def names_of(shown: str) -> list[str]:
+    """The modules of a host or checker by the name that the tables show, whatever the case."""
+    return [name for name in (*HOSTS, *CHECKERS) if load(name).NAME.lower() == shown.lower()]
+
+
 def main(arguments: list[str] | None = None) -> int:
     """0 where all that ran agrees, or differs by a defect known of the host; else 1."""
+    shown = list(dict.fromkeys(load(name).NAME for name in (*HOSTS, *CHECKERS)))
     parser = argparse.ArgumentParser(prog="hosts", description=__doc__.splitlines()[0])
     parser.add_argument("--fmu", type=Path, action="append", help="default: those in build/")
-    parser.add_argument("--host", action="append", choices=[*HOSTS, *CHECKERS], help="repeatable; default: all")
+    parser.add_argument(
+        "--host", action="append", metavar="NAME", help=f"repeatable; default: all of {', '.join(shown)}"
+    )
     parser.add_argument("--output", type=Path, default=Path("build/reports/hosts"))
     chosen = parser.parse_args(arguments)
+    unknown = [name for name in chosen.host or () if not names_of(name)]
+    if unknown:
+        parser.error(f"no host or checker is called {' or '.join(unknown)}; there are {', '.join(shown)}")
     fmus = chosen.fmu or [fmu for fmu in FMUS if fmu.exists()]
     absent = [fmu for fmu in fmus if not fmu.exists()]
     if absent or not fmus:
         print(f"hosts: {[*absent, *FMUS][0]} is missing: `make build` makes it", file=sys.stderr)
         return 1
-    names = chosen.host or [*HOSTS, *CHECKERS]
-    skipped = {name: lack for name in names if (lack := load(name).missing())}
-    todo = [(name, fmu) for name in names if name not in skipped for fmu in fmus]
+    asked = list(dict.fromkeys(name for host in chosen.host or shown for name in names_of(host)))
+    skipped = plan(asked)
+    skipped |= prepare([name for name in asked if name not in skipped])
+    todo = [(name, fmu) for name in asked if name not in skipped for fmu in fmus]
     runs, checks = [], []
-    for name, fmu in tqdm(todo, "hosts", unit="host", disable=None, leave=False):
-        (runs if name in HOSTS else checks).extend((play if name in HOSTS else check)(name, fmu))
+    for number, (name, fmu) in enumerate(todo, start=1):
+        rows = (play if name in HOSTS else check)(name, fmu)
+        (runs if name in HOSTS else checks).extend(rows)
+        for row in rows:
+            what = f"{row.interface} " if isinstance(row, Run) else ""
+            tell(f"[{number}/{len(todo)}] {load(name).NAME}, FMI {row.edition} {what}- {row.verdict}")
     write(runs, checks, skipped, chosen.output)
-    show(Console(), runs, checks, skipped)
+    show(reports.console(), runs, checks, skipped)
     print(f"written to {chosen.output}/")
     return any(row.verdict == DIFFERS for row in (*runs, *checks))
 
 
-def in_process(verb: str, name: str, fmu: Path, *which: str) -> dict:
-    """What tests.hosts.foreign.run found; raises Failed."""
-    with tempfile.TemporaryDirectory() as folder:
-        result = Path(folder) / "result.json"
-        command = [sys.executable, "-m", "tests.hosts.foreign.run", verb, str(result), name, str(fmu), *which]
+def tell(line: str) -> None:
+    """At once, where the output is a file or a pipe too."""
+    print(line, flush=True)
+
+
+def plan(names: list[str]) -> dict[str, str]:
+    """Says what will be run, and what has to be fetched and built for it; returns what this machine lacks, by module."""
+    lacks = {name: lack for name in names if (lack := load(name).missing())}
+    running = list(dict.fromkeys(load(name).NAME for name in names if name not in lacks))
+    tell(f"hosts and checkers: {', '.join(running) or 'none'}")
+    for name in unprepared([name for name in names if name not in lacks]):
+        tell(f"first, into build/hosts: {load(name).PREPARED}")
+    for shown, lack in {load(name).NAME: lack for name, lack in lacks.items()}.items():
+        tell(f"skipped: {shown}: this machine lacks {lack}")
+    return {name: f"this machine lacks {lack}" for name, lack in lacks.items()}
+
+
+def unprepared(names: list[str]) -> list[str]:
+    """Those for which something has to be fetched or built, one module a tool."""
+    tools = {module.PREPARED: name for name in reversed(names) if hasattr(module := load(name), "PREPARED")}
+    return [name for name in reversed(tools.values()) if not load(name).is_prepared()]
+
+
+def prepare(names: list[str]) -> dict[str, str]:
+    """Fetches and builds each tool once, saying every HEARTBEAT how far it is; returns why one cannot be had, by module."""
+    failed = {}
+    for name in unprepared(names):
+        begin, module = time.monotonic(), load(name)
+        tell(f"{module.NAME}: {module.PREPARED}")
         try:
-            done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=TIME_LIMIT)
-        except subprocess.TimeoutExpired as expired:
-            raise Failed(f"not done after {TIME_LIMIT} s") from expired
-        if done.returncode != 0 or not result.exists():
-            said = (done.stderr.strip() or done.stdout.strip() or "nothing was said").splitlines()
-            raise Failed(f"ended with {done.returncode}: {said[-1]}")
-        return json.loads(result.read_text())
+            in_process("prepare", name, limit=PREPARATION_LIMIT, beat=lambda: tell(beat_line(module, begin)))
+        except Failed as failure:
+            tell(f"skipped: {module.NAME}: {failure}")
+            failed |= {
+                other: str(failure) for other in names if getattr(load(other), "PREPARED", "") == module.PREPARED
+            }
+        else:
+            tell(f"{module.NAME}: there after {time.monotonic() - begin:.0f} s")
+    return failed
+
+
+def beat_line(module: ModuleType, begin: float) -> str:
+    """How long a tool has been prepared, and what its log ends with."""
+    log = getattr(module, "LOG", None)
+    lines = log.read_text(errors="replace").splitlines() if log is not None and log.exists() else []
+    return f"  {module.NAME}: {time.monotonic() - begin:.0f} s" + (f", {lines[-1].strip()}" if lines else "")
+
+
+def in_process(
+    verb: str, name: str, *which: object, limit: float = TIME_LIMIT, beat: Callable[[], None] = lambda: None
+) -> dict:
+    """What tests.hosts.foreign.run found; ``beat`` is called every HEARTBEAT. Raises Failed."""
+    with tempfile.TemporaryDirectory() as folder:
+        result, said = Path(folder) / "result.json", Path(folder) / "said.txt"
+        command = [sys.executable, "-m", "tests.hosts.foreign.run", verb, str(result), name, *map(str, which)]
+        with said.open("w") as file, subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT) as process:
+            try:
+                end = time.monotonic() + limit
+                while process.poll() is None:
+                    try:
+                        process.wait(max(0.0, min(HEARTBEAT, end - time.monotonic())))
+                    except subprocess.TimeoutExpired as expired:
+                        if time.monotonic() >= end:
+                            raise Failed(f"not done after {limit:g} s") from expired
+                        beat()
+            finally:
+                end_all(process)
+        if process.returncode != 0 or not result.exists():
+            words = said.read_text(errors="replace").strip().splitlines() or ["nothing was said"]
+            raise Failed(f"ended with {process.returncode}: {words[-1]}")
+        answer = json.loads(result.read_text())
+        if verb == "prepare" and "failed" in answer:
+            raise Failed(answer["failed"])
+        return answer
+
+
+def end_all(process: subprocess.Popen[bytes]) -> None:
+    """With what it has started, cargo and its compilers say; nothing where it has ended."""
+    if process.poll() is None:
+        started = psutil.Process(process.pid).children(recursive=True)
+        for each in (*started, process):
+            with contextlib.suppress(psutil.NoSuchProcess):
+                each.kill()
+        process.wait()
 
 
 def play(name: str, fmu: Path) -> list[Run]:
@@ -186,26 +279,19 @@ def explanation() -> str:
 
 def notes(runs: list[Run], checks: list[Check], skipped: dict[str, str]) -> list[str]:
     """What stands under the tables."""
-    lines = [f"skipped: {load(name).NAME}: this machine lacks {lack}" for name, lack in skipped.items()]
+    lines = list(dict.fromkeys(f"skipped: {load(name).NAME}: {why}" for name, why in skipped.items()))
     return [remark for row in (*runs, *checks) for remark in row.remarks] + lines
 
 
 def show(console: Console, runs: list[Run], checks: list[Check], skipped: dict[str, str]) -> None:
-    """Both tables; without colour and in ASCII where the output is not a terminal."""
-    console.width = max(console.width, 110)
-    lines = box.ROUNDED if console.is_terminal else box.ASCII
+    """Both tables, and what stands under them."""
     colours = {AGREES: "green", DIFFERS: "bold red", DEFECT: "yellow"}
     for headings, rows in ((HEADINGS, runs), (CHECK_HEADINGS, checks)):
-        table = Table(box=lines)
-        for heading in headings:
-            table.add_column(heading, justify="right" if heading == "s" or heading.endswith("mm") else "left")
-        for row in rows:
-            *texts, verdict = row.cells()
-            table.add_row(*texts, f"[{colours.get(verdict, 'green')}]{verdict}[/]")
         if rows:
-            console.print(table)
+            styles = [colours.get(row.verdict, "green") for row in rows]
+            reports.show_table(console, "", headings, [row.cells() for row in rows], words=WORDS, styles=styles)
     for text in (explanation(), *notes(runs, checks, skipped)):
-        console.print(text, highlight=False, markup=False, soft_wrap=not console.is_terminal)
+        console.print(text, highlight=False, markup=False)
 
 
 def write(runs: list[Run], checks: list[Check], skipped: dict[str, str], folder: Path) -> None:
@@ -233,4 +319,7 @@ def csv_row(run: Run, drive: str) -> tuple[object, ...]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit("hosts: interrupted; what was built stays in build/hosts")

@@ -5,12 +5,14 @@ Hosts that come from elsewhere than the Python package index are run by `make ho
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import re
 import sys
 import types
 
+import psutil
 import pytest
 
 from tests.hosts import table
@@ -127,20 +129,96 @@ def test_a_host_that_crashes(monkeypatch, tmp_path, fmu_file, program, said):
 
 def test_a_host_that_is_missing_is_named(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(load("ecos"), "missing", lambda: "libtbb.so.12")
-    assert table.main(["--host", "ecos", "--output", str(tmp_path)]) == 0
+    assert table.main(["--host", "Ecos", "--output", str(tmp_path)]) == 0
     assert "skipped: Ecos: this machine lacks libtbb.so.12" in capsys.readouterr().out
     assert "skipped: Ecos" in (tmp_path / "hosts.md").read_text()
 
 
+def fake_tools(monkeypatch, prepare):
+    """Two hosts of one tool, which has to be built, and a third that needs nothing."""
+
+    def fake(name: str, **more) -> types.SimpleNamespace:
+        return types.SimpleNamespace(NAME=name, missing=lambda: "", **more)
+
+    built = {"PREPARED": "cargo builds it", "is_prepared": lambda: False}
+    modules = {"one": fake("Tool", **built), "two": fake("Tool", **built), "three": fake("Plain")}
+    monkeypatch.setattr(table, "HOSTS", tuple(modules))
+    monkeypatch.setattr(table, "CHECKERS", ())
+    monkeypatch.setattr(table, "load", modules.__getitem__)
+    monkeypatch.setattr(table, "in_process", prepare)
+    monkeypatch.setattr(table, "write", lambda *_: None)
+    monkeypatch.setattr(table, "show", lambda *_: None)
+
+
+def test_it_says_what_it_builds_and_builds_each_tool_once(monkeypatch, capsys):
+    """Before all runs, and with a limit of its own."""
+    done = []
+
+    def prepare(verb, name, *_, limit, beat):
+        assert "first, into build/hosts: cargo builds it" in capsys.readouterr().out
+        assert verb == "prepare" and limit > table.TIME_LIMIT
+        done.append(name)
+        beat()
+
+    fake_tools(monkeypatch, prepare)
+    monkeypatch.setattr(table, "play", lambda name, _: done.append(name) or [])
+    assert table.main([]) == 0
+    fmus = len([fmu for fmu in table.FMUS if fmu.exists()])
+    assert done == ["one"] + [name for name in ("one", "two", "three") for _ in range(fmus)]
+    assert "  Tool: 0 s" in capsys.readouterr().out
+
+
+def test_a_tool_that_cannot_be_had_costs_one_line(monkeypatch, capsys):
+    def prepare(*_, **__):
+        raise table.Failed("cargo ended with 101: no network")
+
+    fake_tools(monkeypatch, prepare)
+    played = []
+    monkeypatch.setattr(table, "play", lambda name, _: played.append(name) or [])
+    assert table.main([]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert [line for line in said if line.startswith("skipped")] == ["skipped: Tool: cargo ended with 101: no network"]
+    assert set(played) == {"three"}
+
+
+def test_only_what_was_asked_for(monkeypatch, capsys):
+    """By the names of the table; another name is answered with these."""
+
+    def prepare(*_, **__):
+        raise AssertionError("nobody asked for it")
+
+    fake_tools(monkeypatch, prepare)
+    played = []
+    monkeypatch.setattr(table, "play", lambda name, _: played.append(name) or [])
+    assert table.main(["--host", "plain"]) == 0 and set(played) == {"three"}
+    with pytest.raises(SystemExit):
+        table.main(["--host", "fmi_sim"])
+    assert "no host or checker is called fmi_sim; there are Tool, Plain" in capsys.readouterr().err
+
+
+def test_a_preparation_beyond_its_limit_ends_with_all_that_it_started(monkeypatch, tmp_path):
+    script, left = tmp_path / "python", tmp_path / "left"
+    script.write_text(f"#!/bin/sh\nsleep 60 &\necho $! > '{left}'\nwait\n")
+    script.chmod(0o755)
+    monkeypatch.setattr(table.sys, "executable", str(script))
+    monkeypatch.setattr(table, "HEARTBEAT", 0.2)
+    beats = []
+    with pytest.raises(table.Failed, match="not done after 3 s"):
+        table.in_process("prepare", "fmi_sim", limit=3, beat=lambda: beats.append(1))
+    assert beats
+    with contextlib.suppress(psutil.NoSuchProcess):  # gone, or dead and not yet collected
+        assert psutil.Process(int(left.read_text())).status() == psutil.STATUS_ZOMBIE
+
+
 def test_the_tables(tmp_path, capsys):
-    """A run by FMPy, which is always there: what is printed and written."""
+    """Runs by FMPy, which is always there, ME by Euler too: what is printed and written."""
     fmu = FMUS[0]
-    hosts = ("--host", "fmpy_host", "--host", "fmpy_validate")
+    hosts = ("--host", "FMPy", "--host", "fmpy validate")
     assert table.main(["--fmu", str(fmu), *hosts, "--output", str(tmp_path)]) == 0
     shown = capsys.readouterr().out
     assert "FMPy" in shown and "agrees" in shown and "nothing reported" in shown and "constant speed" in shown
     lines = (tmp_path / "hosts.csv").read_text().splitlines()
-    assert len(lines) == 1 + len(interfaces(fmu)) * len(DRIVES) and lines[1].startswith("FMPy,PyPI fmpy,")
+    assert len(lines) == 1 + (len(interfaces(fmu)) + 1) * len(DRIVES) and lines[1].startswith("FMPy,PyPI fmpy,")
     assert len((tmp_path / "checkers.csv").read_text().splitlines()) == 2
 
 

@@ -6,8 +6,8 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
-from tests.oracle.oracle import Oracle, _central_difference, conditioning
-from tests.oracle.tables import DIGITS, rows
+from fmu_src.oracle.oracle import Oracle, _central_difference, conditioning
+from fmu_src.oracle.tables import DIGITS, rows
 
 NOMINAL = load_interface().geometry
 

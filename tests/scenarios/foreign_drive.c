@@ -1,8 +1,10 @@
 /* A drive from another house: other names, other units, no states; it turns at constant speed.
  *
- * 0 load.torque (input, N.m)   1 shaft.angle (output, deg)   2 shaft.speed (output, rpm)
+ * 0 load.torque (input, N.cm)   1 shaft.angle (output, deg)   2 shaft.speed (output, rpm)
  * 3 way.speed (output, km/h)   4 turns.per_minute (parameter, rpm)   5 plants.apart (parameter, mm)
- * 6 breaks.at (parameter, s): from then on each step is an error
+ * 6 breaks.at (parameter, s): from then on each step is an error   7 shaft.torque (output, N.cm)
+ *
+ * With SI defined: its twin, of which all of these are in rad, rad/s, m/s, m and N.m.
  */
 #include "fmi2Functions.h"
 
@@ -10,7 +12,21 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-enum { LOAD, ANGLE, SPEED, WAY_SPEED, TURNS, APART, BREAKS, COUNT };
+#ifdef SI /* of each unit */
+#define DEG 0.017453292519943295
+#define RPM 0.10471975511965977
+#define KM_H 0.2777777777777778
+#define MM 0.001
+#define N_CM 0.01
+#else
+#define DEG 1.0
+#define RPM 1.0
+#define KM_H 1.0
+#define MM 1.0
+#define N_CM 1.0
+#endif
+
+enum { LOAD, ANGLE, SPEED, WAY_SPEED, TURNS, APART, BREAKS, TORQUE, COUNT };
 
 typedef struct {
     double value[COUNT], time;
@@ -18,9 +34,11 @@ typedef struct {
 } Drive;
 
 static void show(Drive *drive) {
+    const double rpm = drive->value[TURNS] / RPM, apart = drive->value[APART] / MM;
     drive->value[SPEED] = drive->value[TURNS];
-    drive->value[ANGLE] = -90.0 + 6.0 * drive->value[TURNS] * drive->time;
-    drive->value[WAY_SPEED] = drive->value[APART] * drive->value[TURNS] * 60e-6;
+    drive->value[ANGLE] = (-90.0 + 6.0 * rpm * drive->time) * DEG;
+    drive->value[WAY_SPEED] = apart * rpm * 60e-6 * KM_H;
+    drive->value[TORQUE] = drive->value[LOAD] + 50.0 * N_CM; /* its own friction */
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
@@ -29,8 +47,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     (void)name, (void)type, (void)guid, (void)resources, (void)visible, (void)logging;
     Drive *drive = calloc(1, sizeof *drive);
     drive->callbacks = callbacks;
-    drive->value[TURNS] = 65.0;
-    drive->value[APART] = 400.0;
+    drive->value[TURNS] = 65.0 * RPM;
+    drive->value[APART] = 400.0 * MM;
     drive->value[BREAKS] = 1e9;
     return drive;
 }

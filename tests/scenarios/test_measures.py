@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios import measures
+from scenarios.common import measures
 
 ANGLE = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 CIRCLE = 50 * np.exp(1j * ANGLE)
@@ -92,7 +92,7 @@ def test_form_of_a_circle_and_of_a_figure_eight() -> None:
 
 def test_form_of_a_curve_with_one_hollow() -> None:
     bent = np.exp(1j * ANGLE)
-    bean = 100 * (bent.real * 0.35 + 0.8 * bent.imag ** 2 + 1j * bent.imag)
+    bean = 100 * (bent.real * 0.35 + 0.8 * bent.imag**2 + 1j * bent.imag)
     form = measures.shape(bean)
     assert (form.crossings, form.hollows) == (0, 1)
     assert form.name == "kidney"
@@ -132,7 +132,7 @@ def test_wall_of_a_straight_and_of_a_bent_line() -> None:
     assert straight.lean_deg == pytest.approx(np.degrees(np.arctan(0.2)))
     assert straight.bulge == pytest.approx(0, abs=1e-9)
     assert straight.spread == pytest.approx(20)
-    bent = measures.wall(0.01 * y ** 2 + 1j * y)
+    bent = measures.wall(0.01 * y**2 + 1j * y)
     assert bent.bulge > 5
 
 

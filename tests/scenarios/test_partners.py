@@ -11,12 +11,12 @@ from collections.abc import Callable
 import pytest
 from fmpy.validation import validate_fmu
 
-from scenarios.partners import drivetrain as drivetrain_module
-from scenarios.partners.build import build
-from scenarios.partners.conveyor import GRAVITY, Conveyor
-from scenarios.partners.drivetrain import Drivetrain
-from scenarios.partners.planting_partner import BASE_UNITS, Partner
-from scenarios.partners.soil import Soil
+from scenarios.field_row.partners import drivetrain as drivetrain_module
+from scenarios.field_row.partners.build import build
+from scenarios.field_row.partners.conveyor import GRAVITY, Conveyor
+from scenarios.field_row.partners.drivetrain import Drivetrain
+from scenarios.field_row.partners.planting_partner import BASE_UNITS, Partner
+from scenarios.field_row.partners.soil import Soil
 
 PARTNERS = (Drivetrain, Conveyor, Soil)
 
@@ -35,8 +35,14 @@ def started(kind: type[Partner], **values: float) -> Partner:
 
 # --- drivetrain ---------------------------------------------------------------------------------
 
-def drive(partner: Partner, stop: float, step: float, tau: Callable[[float], float] = lambda t: 0.0,
-          fx: Callable[[float], float] = lambda t: 0.0) -> dict[str, float]:
+
+def drive(
+    partner: Partner,
+    stop: float,
+    step: float,
+    tau: Callable[[float], float] = lambda t: 0.0,
+    fx: Callable[[float], float] = lambda t: 0.0,
+) -> dict[str, float]:
     for i in range(round(stop / step)):
         partner.value["crank.tau"], partner.value["tip.fx"] = tau(i * step), fx(i * step)
         partner.do_step(i * step, step)
@@ -81,8 +87,10 @@ def test_the_shaft_swings_with_its_own_frequency():
         samples.append(partner.value["crank.phi"] - rest)
     decay = 1.0 / (2 * 0.2)
     w = math.sqrt(2000.0 / 0.2 - decay**2)
-    exact = [-0.005 * math.exp(-decay * t) * (math.cos(w * t) + decay / w * math.sin(w * t))
-             for t in (i * 1e-3 for i in range(1, 401))]
+    exact = [
+        -0.005 * math.exp(-decay * t) * (math.cos(w * t) + decay / w * math.sin(w * t))
+        for t in (i * 1e-3 for i in range(1, 401))
+    ]
     assert max(abs(a - b) for a, b in zip(samples, exact)) < 1e-6
 
 
@@ -109,8 +117,8 @@ def test_the_drivetrains_power_balances_to_its_integrators_error(monkeypatch):
         return total
 
     fine, coarse = abs(imbalance(0.5e-3)), abs(imbalance(4e-3))
-    assert fine < 2e-7                # J, of about 60
-    assert coarse / fine > 8**3.5     # order 4
+    assert fine < 2e-7  # J, of about 60
+    assert coarse / fine > 8**3.5  # order 4
 
 
 def test_the_pull_pays_for_wheel_and_soil():
@@ -132,8 +140,10 @@ def turn(partner: Partner, stop: float, step: float = 0.01, w: float = 6.8, **no
 
 
 def conveyor(**values: float) -> Partner:
-    return started(Conveyor, **{"crank_phi": -0.5, "tip_x": -0.15, "tip_y": -0.2, "cups_empty_rate": 0.0,
-                                "flap_scatter": 0.0, **values})
+    return started(
+        Conveyor,
+        **{"crank_phi": -0.5, "tip_x": -0.15, "tip_y": -0.2, "cups_empty_rate": 0.0, "flap_scatter": 0.0, **values},
+    )
 
 
 def test_the_seedling_falls_freely_into_a_resting_mouth():
@@ -173,8 +183,12 @@ def test_the_offset_hardly_depends_on_the_step():
         partner = conveyor()
         for i in range(round(0.5 / step)):
             t = i * step
-            partner.value |= {"crank.phi": -0.5 + 6.8 * t, "tip.x": -0.15 - 0.1 * t * t, "tip.y": -0.2 - 0.4 * t,
-                              "tip.angle": -math.pi / 2 - 0.5 * t}
+            partner.value |= {
+                "crank.phi": -0.5 + 6.8 * t,
+                "tip.x": -0.15 - 0.1 * t * t,
+                "tip.y": -0.2 - 0.4 * t,
+                "tip.angle": -math.pi / 2 - 0.5 * t,
+            }
             partner.do_step(t, step)
         return partner.value["seedling.offset"]
 
@@ -216,6 +230,7 @@ def test_a_seedling_that_the_next_one_overtakes_is_missed():
 
 # --- soil ---------------------------------------------------------------------------------------
 
+
 def flat() -> Partner:
     return started(Soil, ridge_wave=0.0, ridge_height=0.0)
 
@@ -255,12 +270,19 @@ def test_the_side_resists_with_the_passive_pressure():
 
 def dig(soil: Partner, step: float, at_end: bool = False, seedling: bool = True) -> dict[str, float]:
     """A tip that moves on y = 0.1 cos(2 pi t) - 0.03, x = 0.3 t + 0.1 t^2, from t = 0 to 1.1."""
+
     def put(t: float) -> None:
         w = math.tau
-        soil.value |= {"ground.x": 0.3 * t + 0.1 * t * t, "ground.vx": 0.3 + 0.2 * t, "ground.ax": 0.2,
-                       "ground.y": 0.1 * math.cos(w * t) - 0.03, "ground.vy": -0.1 * w * math.sin(w * t),
-                       "ground.ay": -0.1 * w * w * math.cos(w * t), "tip.angle": -math.pi / 2 - 0.4 * (t - 0.4),
-                       "seedling.in_nozzle": seedling}
+        soil.value |= {
+            "ground.x": 0.3 * t + 0.1 * t * t,
+            "ground.vx": 0.3 + 0.2 * t,
+            "ground.ax": 0.2,
+            "ground.y": 0.1 * math.cos(w * t) - 0.03,
+            "ground.vy": -0.1 * w * math.sin(w * t),
+            "ground.ay": -0.1 * w * w * math.cos(w * t),
+            "tip.angle": -math.pi / 2 - 0.4 * (t - 0.4),
+            "seedling.in_nozzle": seedling,
+        }
 
     put(0.0)
     soil.exit_initialization_mode()
@@ -313,9 +335,14 @@ def test_the_force_is_that_of_the_steps_end():
         for i in range(round(0.5 / step)):
             for partner, t in ((soil, i * step), (soil_at_end, (i + 1) * step)):
                 w = math.tau
-                partner.value |= {"ground.x": 0.3 * t + 3 * t * t, "ground.vx": 0.3 + 6 * t, "ground.ax": 6.0,
-                                  "ground.y": 0.1 * math.cos(w * t) - 0.03,
-                                  "ground.vy": -0.1 * w * math.sin(w * t), "ground.ay": -0.1 * w * w * math.cos(w * t)}
+                partner.value |= {
+                    "ground.x": 0.3 * t + 3 * t * t,
+                    "ground.vx": 0.3 + 6 * t,
+                    "ground.ax": 6.0,
+                    "ground.y": 0.1 * math.cos(w * t) - 0.03,
+                    "ground.vy": -0.1 * w * math.sin(w * t),
+                    "ground.ay": -0.1 * w * w * math.cos(w * t),
+                }
                 partner.do_step(i * step, step)
             worst = max(worst, abs(soil.value["tip.depth"] - soil_at_end.value["tip.depth"]))
         errors.append(worst)
@@ -324,15 +351,24 @@ def test_the_force_is_that_of_the_steps_end():
 
 # --- all ----------------------------------------------------------------------------------------
 
+
 def run_on(partner: Partner, begin: int, end: int) -> dict[str, float]:
     """Steps with inputs that wander through all that a partner does."""
     for i in range(begin, end):
         t = i * 0.01
-        for name, value in {"crank.tau": 5 * math.sin(9 * t), "tip.fx": -3.0, "crank.phi": 6.8 * t - 0.5,
-                            "tip.x": -0.15, "tip.y": -0.2, "tip.angle": -1.6,
-                            "ground.x": 0.4 * t, "ground.y": -0.3 + 0.2 * math.cos(6.8 * t),
-                            "ground.vx": 0.4, "ground.vy": -1.36 * math.sin(6.8 * t),
-                            "seedling.in_nozzle": True}.items():
+        for name, value in {
+            "crank.tau": 5 * math.sin(9 * t),
+            "tip.fx": -3.0,
+            "crank.phi": 6.8 * t - 0.5,
+            "tip.x": -0.15,
+            "tip.y": -0.2,
+            "tip.angle": -1.6,
+            "ground.x": 0.4 * t,
+            "ground.y": -0.3 + 0.2 * math.cos(6.8 * t),
+            "ground.vx": 0.4,
+            "ground.vy": -1.36 * math.sin(6.8 * t),
+            "seedling.in_nozzle": True,
+        }.items():
             if name in partner.value and (name, type(partner).__name__) != ("tip.fx", "Soil"):
                 partner.value[name] = value
         partner.do_step(t, 0.01)

@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.spacing_change import HEADINGS, PLANTS, SPACINGS, STEP, drive
+from scenarios.spacing_change.__main__ import HEADINGS, PLANTS, SPACINGS, STEP, drive
 
 V = 0.4 * 65 / 60  # m/s
 
 
 @pytest.fixture(scope="module")
-def finished(run_scene: Callable[..., subprocess.CompletedProcess[str]],
-             tmp_path_factory: pytest.TempPathFactory) -> tuple[str, list[dict[str, str]]]:
+def finished(
+    run_scene: Callable[..., subprocess.CompletedProcess[str]], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, list[dict[str, str]]]:
     folder = tmp_path_factory.mktemp("reports") / "new" / "spacing_change"
     process = run_scene("spacing_change", "--output", folder)
     assert (process.returncode, process.stderr) == (0, "")
@@ -48,17 +49,20 @@ def test_every_plant_of_the_way_is_found_at_its_spacing(finished: tuple[str, lis
 
 
 def test_the_hole_grows_with_the_spacing_and_is_the_published_one_at_400_mm(
-        finished: tuple[str, list[dict[str, str]]]) -> None:
+    finished: tuple[str, list[dict[str, str]]],
+) -> None:
     rows = finished[1]
-    spacing, hole, steady = (np.array([float(row[name]) for row in rows])
-                             for name in ("S / mm", "hole / mm", "steady / mm"))
+    spacing, hole, steady = (
+        np.array([float(row[name]) for row in rows]) for name in ("S / mm", "hole / mm", "steady / mm")
+    )
     assert np.interp(400, spacing, hole) == pytest.approx(46.7, abs=0.15)
     assert np.abs(hole - steady).max() <= 0.15
     assert np.all(np.diff(hole) >= 0) and np.ptp(hole) > 50
 
 
 def test_the_nozzle_s_angle_is_that_of_the_machine_and_the_tip_s_speed_is_not(
-        finished: tuple[str, list[dict[str, str]]]) -> None:
+    finished: tuple[str, list[dict[str, str]]],
+) -> None:
     printed, rows = finished
     for name, angle in (("nozzle in / deg", 5.7), ("lowest / deg", -4.7), ("out / deg", -19.3)):
         assert {float(row[name]) for row in rows} == {angle}
@@ -66,8 +70,9 @@ def test_the_nozzle_s_angle_is_that_of_the_machine_and_the_tip_s_speed_is_not(
     assert speed[0] < 0 < speed[-1] and "it stands still over ground at S = 338 mm" in printed
 
 
-def test_another_fmu_is_named_in_one_line(run_scene: Callable[..., subprocess.CompletedProcess[str]],
-                                          tmp_path: Path) -> None:
+def test_another_fmu_is_named_in_one_line(
+    run_scene: Callable[..., subprocess.CompletedProcess[str]], tmp_path: Path
+) -> None:
     wrong = tmp_path / "wrong.fmu"
     wrong.write_text("no zip")
     process = run_scene("spacing_change", "--output", tmp_path, fmu=wrong)

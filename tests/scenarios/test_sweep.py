@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import signal
@@ -15,11 +16,14 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from scenarios import sweep
-from scenarios.partners.build import build as build_partners
-from scenarios.sweep import Results, Study, front, main
-from scenarios.sweep_scenes import planted_row, planting_cycle, run_point
+from scenarios.field_row.partners.build import build as build_partners
+from scenarios.field_row.scene import planted_row
+from scenarios.sweep import __main__ as sweep
+from scenarios.sweep.__main__ import Results, Study, front, main
+from scenarios.sweep.figure import left_out
+from scenarios.sweep.scenes import planting_cycle, run_point
 from tests.conftest import PROJECT_ROOT
+from tests.scenarios.conftest import HANG
 
 RANGES = ("--parameter", "geometry.L1=0.045:0.055", "--parameter", "geometry.L4=0.016:0.020")
 HERE = "tests.scenarios.test_sweep"
@@ -27,6 +31,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 # --- scenes for these tests, run in Dask's workers ------------------------------------------------
+
 
 def slow_and_counted(fmu: Path, parameters: Mapping[str, float], *, pause: float = 0.0) -> dict[str, float]:
     """Leaves a line for each run that it finishes, and gives what tells any two runs apart."""
@@ -45,13 +50,23 @@ def sometimes_fatal(fmu: Path, parameters: Mapping[str, float]) -> dict[str, flo
     return {"value": parameters["geometry.L1"]}
 
 
+def sometimes_endless(fmu: Path, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Never returns, as an FMU that hangs does, for an L1 of 50 mm."""
+    if abs(parameters["geometry.L1"] - 0.05) < 1e-6:
+        ctypes.CDLL(None).pause()
+    return {"value": parameters["geometry.L1"]}
+
+
 def rows(output: Path) -> list[dict[str, object]]:
     """Every row in the files, repeated ones too."""
-    return sorted((row for path in (output / "results").glob("*.parquet") for row in pq.read_table(path).to_pylist()),
-                  key=lambda row: row["point"])
+    return sorted(
+        (row for path in (output / "results").glob("*.parquet") for row in pq.read_table(path).to_pylist()),
+        key=lambda row: row["point"],
+    )
 
 
 # --- what is run ----------------------------------------------------------------------------------
+
 
 def test_a_latin_hypercube_has_one_value_in_each_layer_and_is_the_same_again() -> None:
     study = Study("", "", {"a": (1.0, 3.0), "b": (-10.0, 10.0)}, 0, 50, 7)
@@ -86,11 +101,22 @@ def test_the_field_row_is_a_scene_too(fmu_file: Path) -> None:
     wider = planted_row(fmu_file, {}, spacing=0.45)
     assert 0.03 < found["hole"] < 0.07 and wider["hole"] > found["hole"] + 0.01
     assert wider["depth"] == pytest.approx(found["depth"], abs=2e-3) and found["work"] > 0
-    row = run_point("scenarios.sweep_scenes:planted_row", fmu_file.read_bytes(), 7, {"geometry.L1": 0.065})
+    row = run_point("scenarios.field_row.scene:planted_row", fmu_file.read_bytes(), 7, {"geometry.L1": 0.065})
     assert (row["point"], row["status"]) == (7, "refused") and "mm too long for the two links" in row["message"]
 
 
+def test_the_picture_says_which_runs_it_lacks_and_why() -> None:
+    statuses = ["done", "done", "refused", "done", "failed", "refused", "done"]
+    holes = np.array([0.05, -0.01, np.nan, np.nan, np.nan, np.nan, 0.04])
+    assert left_out(statuses, holes) == (
+        "Not drawn: 2 refused by the FMU (no whole turn), 1 failed, 1 whose tip does not reach the surface, "
+        "1 whose path crosses itself below the surface."
+    )
+    assert left_out(["done"], np.array([0.05])) == ""
+
+
 # --- what is kept ---------------------------------------------------------------------------------
+
 
 def test_rows_are_merged_without_loss_and_once_each_after_a_merge_that_was_cut_off(tmp_path: Path) -> None:
     results = Results(tmp_path)
@@ -109,17 +135,39 @@ def test_rows_are_merged_without_loss_and_once_each_after_a_merge_that_was_cut_o
 
 
 def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(
-        fmu_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fmu_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     output, log, samples, workers = tmp_path / "sweep", tmp_path / "log", 60, 2
-    line = [sys.executable, "-m", "scenarios.sweep", "--fmu", str(fmu_file), "--output", str(output), *RANGES,
-            "--samples", str(samples), "--workers", str(workers), "--scene", f"{HERE}:slow_and_counted"]
+    line = [
+        sys.executable,
+        "-m",
+        "scenarios.sweep",
+        "--fmu",
+        str(fmu_file),
+        "--output",
+        str(output),
+        *RANGES,
+        "--samples",
+        str(samples),
+        "--workers",
+        str(workers),
+        "--scene",
+        f"{HERE}:slow_and_counted",
+    ]
     environment = {**os.environ, "SWEEP_TEST_LOG": str(log)}
 
     def started(until: int) -> subprocess.Popen[str]:
-        process = subprocess.Popen(line, cwd=PROJECT_ROOT, env=environment, start_new_session=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8",
-                                   preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-        deadline = time.monotonic() + 60
+        process = subprocess.Popen(
+            line,
+            cwd=PROJECT_ROOT,
+            env=environment,
+            start_new_session=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
+        deadline = time.monotonic() + HANG
         while len(list((output / "results").glob("*.parquet"))) < until and time.monotonic() < deadline:
             time.sleep(0.01)
         return process
@@ -133,13 +181,13 @@ def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(
 
     interrupted = started(until=len(before) + 5)
     os.killpg(interrupted.pid, signal.SIGINT)  # as a terminal does: to the workers, too
-    said = interrupted.communicate(timeout=60)
+    said = interrupted.communicate(timeout=HANG)
     assert (interrupted.returncode, said[0]) == (130, "")
     assert said[1] == "Stopped. What was done is kept: the same command goes on from there.\n"
     stopped = len(rows(output))
     assert len(before) + 5 <= stopped < samples
 
-    again = subprocess.run(line, cwd=PROJECT_ROOT, env=environment, capture_output=True, encoding="utf-8", timeout=90)
+    again = subprocess.run(line, cwd=PROJECT_ROOT, env=environment, capture_output=True, encoding="utf-8", timeout=HANG)
     assert (again.returncode, again.stderr) == (0, "")
     assert f"{samples} runs: {stopped} from before, {samples - stopped} now. {samples} done." in again.stdout
     after = rows(output)
@@ -148,7 +196,7 @@ def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(
     # Nothing that had been kept ran again; what ran twice are the few that were under way or not yet kept.
     finished = log.read_text().splitlines()
     kept = {repr(row["geometry.L1"]) for row in before}
-    assert not kept & set(finished[len(begun):])
+    assert not kept & set(finished[len(begun) :])
     assert len(finished) - samples <= 2 * 16 * workers and len(set(finished)) == samples
 
     assert main(line[3:]) == 0 and f"{samples} from before, 0 now" in capsys.readouterr().out
@@ -158,8 +206,19 @@ def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(
 
 
 def test_a_refused_geometry_is_a_row_with_the_fmu_s_message(run_scene: Run, tmp_path: Path) -> None:
-    process = run_scene("sweep", "--output", tmp_path, "--workers", 1, "--grid", 2,
-                        "--parameter", "geometry.L1=0.05:0.065", "--parameter", "scene.spacing=0.3:0.5")
+    process = run_scene(
+        "sweep",
+        "--output",
+        tmp_path,
+        "--workers",
+        1,
+        "--grid",
+        2,
+        "--parameter",
+        "geometry.L1=0.05:0.065",
+        "--parameter",
+        "scene.spacing=0.3:0.5",
+    )
     assert (process.returncode, process.stderr) == (0, "")
     assert "4 runs: 0 from before, 4 now. 2 done, 2 refused." in process.stdout
     assert {path.name for path in tmp_path.iterdir()} >= {"results", "front.csv", "sweep.png", "study.json"}
@@ -173,8 +232,19 @@ def test_a_refused_geometry_is_a_row_with_the_fmu_s_message(run_scene: Run, tmp_
 
 
 def test_a_run_that_ends_its_process_is_a_row_and_not_the_end(run_scene: Run, tmp_path: Path) -> None:
-    process = run_scene("sweep", "--output", tmp_path, "--workers", 1, "--grid", 3,
-                        "--scene", f"{HERE}:sometimes_fatal", "--parameter", "geometry.L1=0.045:0.055")
+    process = run_scene(
+        "sweep",
+        "--output",
+        tmp_path,
+        "--workers",
+        1,
+        "--grid",
+        3,
+        "--scene",
+        f"{HERE}:sometimes_fatal",
+        "--parameter",
+        "geometry.L1=0.045:0.055",
+    )
     assert process.returncode == 0, process.stderr
     small, middle, large = rows(tmp_path)
     assert (small["status"], small["message"]) == ("failed", "ValueError: too small for this scene")
@@ -182,26 +252,75 @@ def test_a_run_that_ends_its_process_is_a_row_and_not_the_end(run_scene: Run, tm
     assert (large["status"], large["value"]) == ("done", 0.055)  # though it waited in the process that ended
 
 
+def test_a_run_that_does_not_end_costs_its_row_alone(run_scene: Run, tmp_path: Path) -> None:
+    process = run_scene(
+        "sweep", "--output", tmp_path, "--workers", 1, "--grid", 3, "--limit", 2,
+        "--scene", f"{HERE}:sometimes_endless", "--parameter", "geometry.L1=0.045:0.055",
+    )  # fmt: skip
+    assert process.returncode == 0, process.stderr
+    small, middle, large = rows(tmp_path)
+    assert (middle["status"], middle["message"]) == ("failed", "no end within 2 s: its process was ended")
+    assert [(row["status"], row["value"]) for row in (small, large)] == [("done", 0.045), ("done", 0.055)]
+
+
 def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_scene: Run, tmp_path: Path) -> None:
     away, address = tmp_path / "away", tmp_path / "scheduler.json"
     away.mkdir()
-    (away / "sitecustomize.py").write_text("import sys\nsys.path = [p for p in sys.path if p and p != "
-                                           f"{str(PROJECT_ROOT)!r}]\n")
+    (away / "sitecustomize.py").write_text(
+        f"import sys\nsys.path = [p for p in sys.path if p and p != {str(PROJECT_ROOT)!r}]\n"
+    )
     (away / "prove.py").write_text("import scenarios\n")
     cli = [sys.executable, "-m"]
-    common = {"cwd": away, "env": {**os.environ, "PYTHONPATH": str(away)},
-              "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    common = {
+        "cwd": away,
+        "env": {**os.environ, "PYTHONPATH": str(away)},
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+    }
     assert subprocess.run([sys.executable, "prove.py"], **common).returncode != 0
-    scheduler = subprocess.Popen([*cli, "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard",
-                                  "--scheduler-file", str(address), "--host", "127.0.0.1"], **common)
-    worker = subprocess.Popen([*cli, "distributed.cli.dask_worker", "--scheduler-file", str(address), "--no-dashboard",
-                               "--nthreads", "1", "--no-nanny", "--local-directory", str(away)], **common)
+    scheduler = subprocess.Popen(
+        [
+            *cli,
+            "distributed.cli.dask_scheduler",
+            "--port",
+            "0",
+            "--no-dashboard",
+            "--scheduler-file",
+            str(address),
+            "--host",
+            "127.0.0.1",
+        ],
+        **common,
+    )
+    worker = subprocess.Popen(
+        [
+            *cli,
+            "distributed.cli.dask_worker",
+            "--scheduler-file",
+            str(address),
+            "--no-dashboard",
+            "--nthreads",
+            "1",
+            "--no-nanny",
+            "--local-directory",
+            str(away),
+        ],
+        **common,
+    )
     try:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + HANG
         while not address.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
-        process = run_scene("sweep", "--output", tmp_path / "sweep", "--samples", 6, *RANGES,
-                            "--scheduler", json.loads(address.read_text())["address"])
+        process = run_scene(
+            "sweep",
+            "--output",
+            tmp_path / "sweep",
+            "--samples",
+            6,
+            *RANGES,
+            "--scheduler",
+            json.loads(address.read_text())["address"],
+        )
         assert "6 runs: 0 from before, 6 now. 6 done." in process.stdout, process.stderr
     finally:
         for each in (worker, scheduler):
@@ -211,17 +330,27 @@ def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_sc
 
 # --- what cannot be run ---------------------------------------------------------------------------
 
-@pytest.mark.parametrize(("arguments", "said"), [
-    (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have crank.smoothing, geometry.L1, "),
-    (("--parameter", "scene.speed=1:2"), "real parameter scene.speed; they have"),
-    (("--parameter", "geometry.L1=2:1"), "'geometry.L1=2:1' is not NAME=LOW:HIGH with LOW below HIGH"),
-    (("--scene", "scenarios.sweep_scenes:none"), "There is no scene 'scenarios.sweep_scenes:none'"),
-    (("--samples", "0"), "'0' is not a whole number from 1"),
-    (("--scheduler", "tcp://127.0.0.1:9"), "There is no Dask scheduler at tcp://127.0.0.1:9"),
-])
-def test_what_cannot_be_run_is_said_in_a_line(fmu_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                              monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...],
-                                              said: str) -> None:
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have crank.smoothing, geometry.L1, "),
+        (("--parameter", "scene.speed=1:2"), "real parameter scene.speed; they have"),
+        (("--parameter", "geometry.L1=2:1"), "'geometry.L1=2:1' is not NAME=LOW:HIGH with LOW below HIGH"),
+        (("--scene", "scenarios.sweep.scenes:none"), "There is no scene 'scenarios.sweep.scenes:none'"),
+        (("--limit", "0"), "'0' is not a time in s above 0"),
+        (("--samples", "0"), "'0' is not a whole number from 1"),
+        (("--scheduler", "tcp://127.0.0.1:9"), "There is no Dask scheduler at tcp://127.0.0.1:9"),
+    ],
+)
+def test_what_cannot_be_run_is_said_in_a_line(
+    fmu_file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    said: str,
+) -> None:
     monkeypatch.setattr(sweep, "PATIENCE", "1s")
     try:
         status = main(["--fmu", str(fmu_file), "--output", str(tmp_path), *arguments])

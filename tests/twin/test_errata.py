@@ -15,10 +15,10 @@ import pytest
 from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
+from fmu_src.oracle import printed_equations as printed
+from fmu_src.oracle.oracle import Oracle
+from fmu_src.oracle.tables import rows
 from fmu_src.twin.linkage import Geometry, UnreachablePose, solve
-from tests.oracle.oracle import Oracle
-from tests.oracle.tables import rows
-from tests.twin import printed_equations as printed
 
 NOMINAL = load_interface().geometry
 CRANK_SPEED = mpf(2 * math.pi / load_interface().model.turn_time)  # rad/s, 65 turns a minute

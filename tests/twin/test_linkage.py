@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from fmu_src import interface
+from fmu_src.oracle.oracle import Oracle, conditioning, error
+from fmu_src.oracle.tables import rows
 from fmu_src.twin import linkage
 from fmu_src.twin.linkage import Geometry, UnreachablePose, solve
-from tests.oracle.oracle import Oracle, conditioning, error
-from tests.oracle.tables import rows
 
 CRANK_SPEED = 2 * math.pi / interface.load_interface().model.turn_time  # rad/s, 65 turns a minute
 WHOLE_TURN = np.radians(np.arange(0, 360, 0.01))

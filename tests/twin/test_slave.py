@@ -11,10 +11,10 @@ from fmpy.fmi1 import FMICallException
 
 from fmu_src.exporter.model_description import TWIN
 from fmu_src.interface import Interface
+from scenarios.common.operating_point import PLANTING_SPEED as SPEED
 
 PROJECT_ROOT = Path(__file__).resolve().parents[2]
 TWIN_FILE = PROJECT_ROOT / "build" / "twin" / "TransplanterLinkageTwin.fmu"
-SPEED = 6.807
 
 # absolute, in the units of the outputs: both round, the twin a little more (numpy's order of operations)
 TOLERANCE = {"m": 2e-15, "m/s": 3e-14, "m/s2": 1e-12, "rad": 1e-14, "N.m": 1e-14, "1": 1e-14}

@@ -6,6 +6,8 @@
     DEFECTS             {(edition, interface): what is wrong with the host itself there, as seen}
     missing()           what this machine lacks to run it, "" if nothing
     version()           the version that runs
+    PREPARED            where it has to be fetched or built: what is done for it, from where and for how long
+    is_prepared(), prepare()   whether that was done before; does it, once for all its runs
     play(task)          runs the FMU, which it is handed unchanged; yields (time, values of OUTPUTS)
 
 and of a checker NAME, PACKAGE, EDITIONS, missing(), version() and check(fmu), the list of what it reports.
@@ -31,7 +33,7 @@ from tests.hosts.drives import INPUTS, STEP, STEPS, Drive
 
 HOSTS = (
     "fmpy_host", "fmpy_euler", "ecos", "libcosim", "container", "container_sequential", "fmi_sim",
-    "fmi_sim_without_units", "maestro", "fmi4j",
+    "fmi_sim_without_units", "maestro", "fmi4j", "casadi_host", "fmuloader_host",
 )  # fmt: skip
 CHECKERS = ("fmpy_validate", "fmutool", "vdmcheck")
 TOOLS = Path(__file__).resolve().parents[3] / "build" / "hosts"  # what is built or resolved for a host
@@ -103,12 +105,21 @@ def missing_programs(*names: str) -> str:
     return " and ".join(name for name in names if shutil.which(name) is None)
 
 
-def run(*command: object, cwd: Path | None = None) -> str:
-    """What a program printed; raises HostError with its first line that speaks of an error where it failed."""
-    done = subprocess.run([str(word) for word in command], cwd=cwd, capture_output=True, text=True, errors="replace")
+def run(*command: object, cwd: Path | None = None, log: Path | None = None) -> str:
+    """What a program printed, or wrote into ``log``; raises HostError with its first line that speaks of an error where
+    it failed."""
+    words = [str(word) for word in command]
+    if log is None:
+        done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, errors="replace")
+        out, said = done.stdout, done.stderr.strip() or done.stdout.strip()
+    else:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("w") as file:
+            done = subprocess.run(words, cwd=cwd, stdout=file, stderr=subprocess.STDOUT)
+        out = said = log.read_text(errors="replace").strip()
     if done.returncode != 0:
-        said = (done.stderr.strip() or done.stdout.strip()).splitlines()
-        errors = [line.strip() for line in said if re.search("error|exception", line, re.IGNORECASE)]
-        words = (errors or said[-1:] or ["nothing was said"])[0]
-        raise HostError(f"{Path(str(command[0])).name} ended with {done.returncode}: {words}")
-    return done.stdout
+        lines = said.splitlines()
+        errors = [line.strip() for line in lines if re.search("error|exception", line, re.IGNORECASE)]
+        first = (errors or lines[-1:] or ["nothing was said"])[0]
+        raise HostError(f"{Path(words[0]).name} ended with {done.returncode}: {first}")
+    return out

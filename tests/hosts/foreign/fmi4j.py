@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.hosts.drives import OUTPUTS
 from tests.hosts.foreign import Rows, Task
-from tests.hosts.foreign.java import class_path, java, missing  # noqa: F401
+from tests.hosts.foreign.java import class_path, is_resolved, java, missing, prepared  # noqa: F401
 
 NAME, PACKAGE = "FMI4j", "Maven Central info.laht.fmi4j:fmi-import"
 INTERFACES = {("2.0", "CS"), ("2.0", "ME")}
@@ -14,6 +14,11 @@ FEEDING = "set at each step"
 DEFECTS: dict = {}
 VERSION = "0.38.0"
 LIBRARIES = (f"info.laht.fmi4j:fmi-import:{VERSION}",)
+PREPARED = prepared(*LIBRARIES)
+
+
+def is_prepared() -> bool:
+    return is_resolved(*LIBRARIES)
 
 
 def version() -> str:

@@ -16,6 +16,8 @@ REFUSES_UNITS = "its reader of FMI 3.0 knows no attribute `unit` of Float64 and 
 DEFECTS = {("3.0", interface): REFUSES_UNITS for interface in ("CS", "ME")}
 VERSION = "0.7.0"
 PROGRAM = TOOLS / f"fmi-sim-{VERSION}" / "bin" / "fmi-sim"
+PREPARED = f"cargo fetches fmi-sim {VERSION} and what it needs from crates.io and compiles it: ten minutes on two cores"
+LOG = TOOLS / "fmi-sim.log"
 LIBCLANG = ("/usr/lib/llvm-*/lib/libclang*.so*", "/usr/lib/*/libclang*.so*", "/usr/lib*/libclang.so*")
 
 
@@ -26,9 +28,12 @@ def missing() -> str:
     return missing_programs("cargo") or ("" if has_clang else "libclang (Debian libclang-dev)")
 
 
+def is_prepared() -> bool:
+    return PROGRAM.exists()
+
+
 def prepare() -> None:
-    if not PROGRAM.exists():
-        run("cargo", "install", "fmi-sim", "--version", VERSION, "--locked", "--quiet", "--root", PROGRAM.parents[1])
+    run("cargo", "install", "fmi-sim", "--version", VERSION, "--locked", "--root", PROGRAM.parents[1], log=LOG)
 
 
 def version() -> str:

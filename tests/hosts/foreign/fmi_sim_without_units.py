@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from fmu_src.exporter.archive import write_archive
 from tests.hosts.foreign import Rows, Task, fmi_sim
-from tests.hosts.foreign.fmi_sim import NAME, PACKAGE, missing, prepare, version  # noqa: F401
+from tests.hosts.foreign.fmi_sim import LOG, NAME, PACKAGE, PREPARED, is_prepared, missing, prepare, version  # noqa: F401
 
 INTERFACES = {("3.0", "CS"), ("3.0", "ME")}
 FEEDING = "table, FMU without units"

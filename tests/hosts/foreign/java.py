@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from tests.hosts.foreign import TOOLS, missing_programs, run
@@ -22,17 +23,37 @@ def missing() -> str:
     return missing_programs("java", "mvn")
 
 
+def is_resolved(*coordinates: str) -> bool:
+    """Whether class_path has these already."""
+    folder, pom = project(coordinates)
+    found = folder / "classpath.txt"
+    return found.exists() and (folder / "pom.xml").read_text() == pom
+
+
 def class_path(*coordinates: str) -> str:
     """The class path of `group:artifact:version` and all that they need; resolved once, into build/hosts."""
-    parts = [coordinate.split(":") for coordinate in coordinates]
-    folder = TOOLS / "-".join(parts[0][1:])
+    folder, pom = project(coordinates)
     found = folder / "classpath.txt"
-    pom = POM.format(artifact=parts[0][1], dependencies="\n".join(DEPENDENCY.format(*p) for p in parts))
-    if not (found.exists() and (folder / "pom.xml").read_text() == pom):
+    if not is_resolved(*coordinates):
         folder.mkdir(parents=True, exist_ok=True)
+        found.unlink(missing_ok=True)
         (folder / "pom.xml").write_text(pom)
-        run("mvn", "-q", "-B", "dependency:build-classpath", f"-Dmdep.outputFile={found}", cwd=folder)
+        log = folder.with_suffix(".log")
+        run("mvn", "-B", "dependency:build-classpath", f"-Dmdep.outputFile={found}", cwd=folder, log=log)
     return found.read_text().strip()
+
+
+def project(coordinates: Sequence[str]) -> tuple[Path, str]:
+    """The folder of these libraries, named after the first, and its pom.xml."""
+    parts = [coordinate.split(":") for coordinate in coordinates]
+    dependencies = "\n".join(DEPENDENCY.format(*part) for part in parts)
+    return TOOLS / "-".join(parts[0][1:]), POM.format(artifact=parts[0][1], dependencies=dependencies)
+
+
+def prepared(*coordinates: str) -> str:
+    """PREPARED of a module, in words."""
+    artifact, version = coordinates[0].split(":")[1:]
+    return f"mvn fetches {artifact} {version} and what it needs from Maven Central: a minute"
 
 
 def java(class_path: str, *arguments: object, cwd: Path | None = None) -> str:

@@ -7,7 +7,7 @@ import json
 
 from tests.hosts.drives import INPUTS, OUTPUTS, STEP, STEPS
 from tests.hosts.foreign import Rows, Task
-from tests.hosts.foreign.java import class_path, java, missing  # noqa: F401
+from tests.hosts.foreign.java import class_path, is_resolved, java, missing, prepared  # noqa: F401
 from tests.hosts.foreign.partner import build_partner
 
 NAME, PACKAGE = "Maestro", "Maven Central org.into-cps.maestro:maestro"
@@ -18,6 +18,11 @@ DEFECTS = {("3.0", "CS"): "its hash of a variable of FMI 3.0 calls itself withou
 VERSION = "3.1.1"
 # commons-io: the version that Maven chooses by itself is too old for commons-compress, and Maestro stops
 LIBRARIES = (f"org.into-cps.maestro:maestro:{VERSION}", "commons-io:commons-io:2.16.1")
+PREPARED = prepared(*LIBRARIES)
+
+
+def is_prepared() -> bool:
+    return is_resolved(*LIBRARIES)
 
 
 def version() -> str:

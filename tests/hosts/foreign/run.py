@@ -2,6 +2,7 @@
 
     python -m tests.hosts.foreign.run play RESULT HOST FMU EDITION INTERFACE
     python -m tests.hosts.foreign.run check RESULT CHECKER FMU
+    python -m tests.hosts.foreign.run prepare RESULT NAME
 
 RESULT is written as JSON: of each drive, or of the checker as a whole, the seconds (without what is prepared once)
 and `found`: rows of [time, *OUTPUTS], or what the checker reported. A drive that fails has `failed`, in words.
@@ -20,9 +21,8 @@ from tests.hosts.drives import DRIVES, Drive
 from tests.hosts.foreign import HostError, Task, load
 
 
-def main(verb: str, result: str, name: str, fmu: str, *which: str) -> int:
+def main(verb: str, result: str, name: str, fmu: str = "", *which: str) -> int:
     module, file = load(name), Path(fmu).resolve()
-    getattr(module, "prepare", lambda: None)()
 
     def play(drive: Drive) -> list[list[float]]:
         with tempfile.TemporaryDirectory() as folder:
@@ -31,8 +31,10 @@ def main(verb: str, result: str, name: str, fmu: str, *which: str) -> int:
 
     if verb == "play":
         answer = {key: timed(lambda drive=drive: play(drive)) for key, drive in DRIVES.items()}
-    else:
+    elif verb == "check":
         answer = timed(lambda: module.check(file))
+    else:
+        answer = timed(lambda: module.prepare() or [])
     Path(result).write_text(json.dumps(answer))
     return 0
 

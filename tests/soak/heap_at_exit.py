@@ -1,0 +1,147 @@
+"""Processes with a PythonFMU slave in them, run to their end many times: `python -m tests.soak.heap_at_exit`.
+
+What a corrupt heap does at exit depends on where everything happens to lie. So each process runs 300 times, each time
+from a folder with a path of another length and with freed memory filled with other bytes (MALLOC_PERTURB_ of glibc).
+All must end with status 0. This is part of `make soak`; a run takes about 0.7 s of a processor, where
+Python finds its modules compiled.
+`--unmended` takes the library as PythonFMU built it: the twin in fmpy may then fail; the scenes let go of such slaves.
+
+tests/twin/test_heap_at_exit.py holds the same processes against valgrind and `freed.c`, which find the fault in one
+run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from importlib import metadata
+from pathlib import Path
+
+from tqdm import tqdm
+
+ROOT = Path(__file__).resolve().parents[2]
+TWIN = ROOT / "build" / "twin" / "TransplanterLinkageTwin.fmu"
+PARTNERS = tuple(ROOT / "build" / "partners" / f"{name}.fmu" for name in ("Drivetrain", "Conveyor", "Soil"))
+SYSTEM = ROOT / "scenarios" / "field_row" / "row.toml"
+RUNS = 300
+FILLINGS = ("", "1", "85", "165", "255")  # MALLOC_PERTURB_; "": left as it is
+LENGTHS = tuple(range(1, 200, 11))  # characters of the folder's name
+IN_FMPY = "import fmpy, sys; fmpy.simulate_fmu(sys.argv[1], stop_time=0.02, output_interval=0.01)"
+# the scene without its figures, which take longer than all else and load no FMU
+ROW = """import sys
+from pathlib import Path
+from scenarios.field_row import run
+from scenarios.field_row.system import load_system
+row = run.row_of(load_system(Path(sys.argv[1])), 1)
+assert run.run(row.system, "extrapolated", 0.02, row.stop).holes"""
+# as the study runs them: workers end by themselves, their status is asked for
+IN_A_POOL = """import multiprocessing, sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from scenarios.field_row import run
+from scenarios.field_row.system import load_system
+row = run.row_of(load_system(Path(sys.argv[1])), 1)
+with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+    rows = [pool.submit(run.run, row.system, "extrapolated", 0.02, row.stop) for _ in range(2)]
+    workers = list(pool._processes.values())
+    assert all(row.result().holes for row in rows)
+status = {worker.exitcode for worker in workers}
+sys.exit(f"the workers ended with {status}" if status != {0} else 0)"""
+SECONDS = 900.0  # for one process, also under valgrind on a busy machine
+
+
+def processes(twin: Path = TWIN, system: Path = SYSTEM) -> dict[str, list[str]]:
+    """The command of each process by its title, to be run in a folder of its own."""
+    python = [sys.executable, "-B"]
+    archive = ["--system", str(system), "--plants", "1", "--output", "row.ssp"]
+    return {
+        "the twin in fmpy": [*python, "-c", IN_FMPY, str(twin)],
+        "the SSP archive": [*python, "-m", "scenarios.field_row.ssp", *archive],
+        "a short row": [*python, "-c", ROW, str(system)],
+        "rows in a pool": [*python, "-c", IN_A_POOL, str(system)],
+    }
+
+
+def run(command: Sequence[str], folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """A process in `folder`, which holds its temporary files as well."""
+    settings = {"PYTHONPATH": str(ROOT), "TMPDIR": str(folder), **environment}
+    return subprocess.run(
+        command, cwd=folder, env=os.environ | settings, capture_output=True, text=True, errors="replace",
+        timeout=SECONDS,
+    )  # fmt: skip
+
+
+def unmended(fmu: Path, folder: Path) -> Path:
+    """A copy with PythonFMU's own library in it."""
+    (library,) = (file for file in metadata.files("pythonfmu") or [] if file.name == "libpythonfmu-export.so")
+    copy = folder / fmu.name
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(copy, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, library.read_binary() if name.endswith(".so") else old.read(name))
+    return copy
+
+
+def unmended_system(folder: Path) -> Path:
+    """The row's system with such partners, the linkage at its place."""
+    text = SYSTEM.read_text(encoding="utf-8")
+    for partner in PARTNERS:
+        name = partner.relative_to(ROOT).as_posix()
+        assert f'"{name}"' in text, f"{SYSTEM.name} names {partner.name} in another way"
+        text = text.replace(name, unmended(partner, folder).name)
+    system = folder / SYSTEM.name
+    system.write_text(text, encoding="utf-8")
+    return system
+
+
+def one(title: str, command: Sequence[str], scratch: Path, number: int) -> str:
+    """Nothing where run `number` of a process ended well, else how it ended."""
+    filling, length = FILLINGS[number % len(FILLINGS)], LENGTHS[number % len(LENGTHS)]
+    with tempfile.TemporaryDirectory(dir=scratch) as place:
+        folder = Path(place) / ("x" * length)
+        folder.mkdir()
+        done = run(command, folder, **({"MALLOC_PERTURB_": filling} if filling else {}))
+    if done.returncode == 0:
+        return ""
+    said = (done.stderr.strip().splitlines() or [""])[-1]
+    return f"{title}, run {number}, MALLOC_PERTURB_={filling or 'unset'}, {length} characters: {done.returncode} {said}"
+
+
+def soak(runs: int, chosen: dict[str, list[str]], workers: int) -> list[str]:
+    """How each run that did not end with 0 ended; each is printed as it comes."""
+    with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(workers) as pool:
+        jobs = [
+            pool.submit(one, title, command, Path(scratch), number)
+            for number in range(runs)
+            for title, command in chosen.items()
+        ]
+        failed = []
+        for job in tqdm(jobs, unit="run", leave=False, disable=None):
+            if ended := job.result():
+                tqdm.write(ended)
+                failed.append(ended)
+        return failed
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line; returns the exit status: 1 where a process ended otherwise than with 0."""
+    parser = argparse.ArgumentParser(prog="python -m tests.soak.heap_at_exit", description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help="of each process (default: %(default)s)")
+    parser.add_argument("--workers", type=int, default=2, metavar="N", help="at a time (default: %(default)s)")
+    parser.add_argument("--unmended", action="store_true", help="with the library as PythonFMU built it")
+    options = parser.parse_args(arguments)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        chosen = processes(unmended(TWIN, folder), unmended_system(folder)) if options.unmended else processes()
+        failed = soak(options.runs, chosen, options.workers)
+    print(f"{options.runs} runs each of {', '.join(chosen)}: {len(failed)} did not end with status 0")
+    return int(bool(failed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
