@@ -4,68 +4,117 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
+# The C of the project, and of the product: the files that are compiled, but those that include all the others.
+C_FILES    = $(shell git ls-files '*.[ch]')
+TIDY_FILES = $(filter-out %_fmu.c,$(wildcard fmu_src/*/*.c))
+
 .DEFAULT_GOAL := help
-.PHONY: help run cycle test build dist bench soak hosts figure lock clean
+.PHONY: help run cycle test build check lint format workflow compile-commands dist bench soak hosts figure lock clean
 
-help:   ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+help:   ## list the targets; times: Intel Xeon 2.5 GHz, once .venv is there (1 min, 500 MB)
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1|\2/p' $(MAKEFILE_LIST) | awk -F '|' -v width="$${COLUMNS:-80}" '{ \
+	    line = sprintf("  make %-18s", $$1); count = split($$2, words, " "); \
+	    for (k = 1; k <= count; k++) { \
+	        if (length(line) + length(words[k]) >= width) { print line; line = sprintf("%25s", "") } \
+	        line = line " " words[k] } \
+	    print line }'
 
-run: cycle   ## build the FMUs, run the published planting cycle and plant a field row
+run: cycle   ## build the FMUs, run the published planting cycle and plant a field row (2 min)
 	$(BIN)/python -m scenarios.field_row
 
-cycle: build   ## build the FMUs and run the published planting cycle alone
+cycle: build   ## build the FMUs and run the published planting cycle alone (30 s)
 	$(BIN)/python -m scenarios.paper_cycle
 
-test: build   ## build the FMUs and run every test
-	$(BIN)/python -m pytest
+test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all processors (several minutes)
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
-build: $(VENV)/ready   ## build the FMUs into build/
+check: lint $(VENV)/ready-test build   ## lint, and the tests of the rooms that differ from main: before a commit
+	$(BIN)/python -m tests.check
+
+lint: $(VENV)/ready-lint compile-commands   ## rules, format and types of Python; rules and format of C
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run --Werror $(C_FILES)
+	printf '%s\n' $(TIDY_FILES) | xargs -P 4 -n 3 $(BIN)/clang-tidy --quiet -p .
+
+format: $(VENV)/ready-lint   ## format Python and C, and mend what ruff can mend
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+	$(BIN)/clang-format -i $(C_FILES)
+
+compile-commands: $(VENV)/ready   ## write compile_commands.json, by which an editor follows the C
+	@$(BIN)/python -m fmu_src.exporter.compile_commands
+
+workflow:   ## check .github/workflows; needs Go
+	go run github.com/rhysd/actionlint/cmd/actionlint@v1.7.12
+
+build: $(VENV)/ready   ## build the FMUs into build/ (10 s)
 	$(BIN)/linkage-fmu build
-	$(BIN)/python -m scenarios.partners.build
-	$(BIN)/python -m scenarios.ssp
+	$(BIN)/python -m scenarios.field_row.partners.build
+	$(BIN)/python -m scenarios.field_row.ssp
 
-dist: $(VENV)/ready   ## make the wheel and the FMUs for every platform in build/dist/, with checksums
+dist: $(VENV)/ready-test   ## make the wheel and the FMUs for every platform in build/dist/, with checksums (40 s; minutes the first time)
 	rm -rf build/dist
 	$(BIN)/linkage-fmu build --platform all --output build/dist
 	$(BIN)/linkage-fmu validate build/dist/fmi2/TransplanterLinkage.fmu build/dist/fmi3/TransplanterLinkage.fmu
 	$(BIN)/python -m fmu_src.exporter.dist build/dist
 
-bench: build $(VENV)/ready-bench   ## measure what a step costs, speed against error beside other packages, and the hard cases
-	$(BIN)/python -m tests.hosts.step_cost
-	$(BIN)/python -m tests.solving
+bench: $(VENV)/ready-bench build   ## measure speed against error beside other packages, the cost of a step, and the hard cases (tens of minutes)
 	$(BIN)/python -m scenarios.speed_vs_error
-	$(BIN)/python -m tests.hard_cases
 
-soak: build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting
-	$(BIN)/python -m tests.hosts.hostile
+soak: $(VENV)/ready-test build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting, 900 processes with PythonFMU in them (40 min)
+	$(BIN)/python -m tests.soak.hostile
+	$(BIN)/python -m tests.soak.heap_at_exit
 
-hosts: build   ## run the FMUs in hosts and checkers that others wrote, and on other platforms
-	$(BIN)/python -m tests.hosts.table
-	$(BIN)/python -m tests.hosts.foreign_platforms
+hosts: $(VENV)/ready-test build   ## run the FMUs in hosts and checkers that others wrote, and on other platforms; HOST=Ecos: that one alone (10 min; 10 more the first time; says what it fetches)
+	$(BIN)/python -m tests.hosts.table $(foreach name,$(HOST),--host '$(name)')
+	$(if $(HOST),,$(BIN)/python -m tests.hosts.foreign_platforms)
 
-# The environment: locked packages with hashes, then this project in place.
-$(VENV)/ready: requirements.lock pyproject.toml hatch_build.py
+# The environment grows with what is asked for. First what runs: locked packages with hashes, each lock file with all
+# that its packages need, but for cmake, which fmpy wants for foreign sources alone; the compiler for this system;
+# then this project in place.
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
+
+$(VENV)/ready: requirements-run.lock requirements-compiler.lock pyproject.toml hatch_build.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed; set PYTHON=")'
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(INSTALL) --require-hashes --requirement requirements-compiler.lock & \
+	    $(INSTALL) --require-hashes --requirement requirements-run.lock && wait $$!
+	$(INSTALL) --no-build-isolation --editable .
+	$(BIN)/python -m fmu_src.exporter.lean_compiler
 	@touch $@
 
-figure: build   ## draw the README's figure of error over step anew
-	$(BIN)/python -m scenarios.speed_vs_error --figure scenarios/speed_vs_error.svg
+# What the tests need besides, and the compiler for every platform.
+$(VENV)/ready-test: requirements.lock requirements-compiler.lock $(VENV)/ready
+	$(INSTALL) --force-reinstall --require-hashes --requirement requirements-compiler.lock
+	$(INSTALL) --require-hashes --requirement requirements.lock
+	@touch $@
+
+$(VENV)/ready-lint: requirements-lint.lock $(VENV)/ready
+	$(INSTALL) --require-hashes --requirement requirements-lint.lock
+	@touch $@
+
+figure: build   ## draw the documentation's figure of error over step anew
+	$(BIN)/python -m scenarios.speed_vs_error --figure fmu_src/documentation/speed_vs_error.svg
 
 # The packages that `make bench` compares with. Without them it runs all the same and names them as missing.
-$(VENV)/ready-bench: requirements-bench.lock $(VENV)/ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: \
+$(VENV)/ready-bench: requirements-bench.lock $(VENV)/ready-test
+	$(INSTALL) --require-hashes --only-binary :all: \
 	    --requirement requirements-bench.lock && touch $@ || echo "make bench: other packages could not be installed"
 
 COMPILE := pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-emit-find-links \
     --custom-compile-command 'make lock'
 
-lock:   ## resolve the dependencies anew into requirements.lock and requirements-bench.lock
+lock:   ## resolve the dependencies anew into the lock files, which agree with one another
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install --quiet uv
 	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --extra build --group dev --output-file requirements.lock pyproject.toml
+	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --extra build --group run --no-emit-package cmake \
+	    --no-emit-package ziglang --constraint requirements.lock --output-file requirements-run.lock pyproject.toml
+	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group compiler --constraint requirements.lock \
+	    --output-file requirements-compiler.lock
+	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group lint --constraint requirements.lock --output-file requirements-lint.lock
 	$(VENV)-lock/bin/uv $(COMPILE) --upgrade --group bench --constraint requirements.lock --output-file requirements-bench.lock
 	rm -rf $(VENV)-lock
 

@@ -10,7 +10,9 @@ import os
 import runpy
 import tempfile
 from pathlib import Path
+from typing import Any
 
+from hatchling.builders.config import BuilderConfig
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGE = "transplanter_linkage"
@@ -20,8 +22,10 @@ from fmu_src import FILES, __all__, __doc__, __path__, fmu
 '''
 
 
-class CustomBuildHook(BuildHookInterface):
-    def initialize(self, version: str, build_data: dict) -> None:
+class CustomBuildHook(BuildHookInterface[BuilderConfig]):
+    """What hatchling calls before and after it makes a wheel."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
             self.folder = tempfile.TemporaryDirectory()
             module = Path(self.folder.name) / "__init__.py"
@@ -34,6 +38,6 @@ class CustomBuildHook(BuildHookInterface):
                 raise FileNotFoundError(f"{fmus / name}, which the wheel carries, is missing: run make dist")
             build_data["force_include"][str(fmus / name)] = f"{PACKAGE}/fmus/{name}"
 
-    def finalize(self, version: str, build_data: dict, artifact_path: str) -> None:
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002 - as it is called
         if version == "editable":
             self.folder.cleanup()
