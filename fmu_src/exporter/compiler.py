@@ -9,6 +9,7 @@ from __future__ import annotations
 import platform
 import subprocess
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,7 +69,12 @@ PLATFORMS = {
 }
 
 
-SYSTEMS = {".so": "linux", ".dll": "windows", ".dylib": "darwin"}  # by the suffix of their libraries
+# No shared library: one module of 32-bit addresses for any machine, called by what runs it, in a page or elsewhere.
+WEB_ASSEMBLY = Platform("wasm32-wasip2", "wasm32-wasip2", "wasm32-wasip2", "wasm32-wasi", ".wasm")
+
+# By the suffix of their libraries, the system and the headers that only the compiler for it has.
+SYSTEMS = {".so": "linux", ".dll": "windows", ".dylib": "darwin", ".wasm": "wasi"}
+HEADERS = {"linux": "any-linux-any", "windows": "any-windows-any", "darwin": "any-darwin-any", "wasi": "wasm-wasi-musl"}
 
 
 def compiler_library() -> Path:
@@ -103,6 +109,19 @@ def compile_library(sources: tuple[Path, ...], library: Path, target: Platform, 
     )  # fmt: skip
 
 
+def compile_module(sources: tuple[Path, ...], module: Path, exports: Iterable[str], *options: str) -> None:
+    """Compile C sources into a WebAssembly module, to be called and not to be run (a reactor).
+
+    It exports its memory and the functions named, C library's too (malloc, free), and `_initialize`, to be called first;
+    it imports what the sources declare as imported, and nothing else. The same sources give the same bytes.
+    """
+    module.parent.mkdir(parents=True, exist_ok=True)
+    run_compiler(
+        WEB_ASSEMBLY, "-mexec-model=reactor", "-fvisibility=hidden", "-s", *(f"-Wl,--export={name}" for name in exports),
+        *options, "-o", str(module), *map(str, sources),
+    )  # fmt: skip
+
+
 def compile_program(sources: tuple[Path, ...], program: Path, target: Platform, *options: str) -> None:
     """Compile C sources into a program, for tests and benchmarks."""
     program.parent.mkdir(parents=True, exist_ok=True)
@@ -116,7 +135,7 @@ def mingw_license() -> bytes:
 
 def run_compiler(target: Platform, *options: str) -> None:
     """Run it with the options of this project besides; raises CompileError with what it said where it refuses."""
-    if not (compiler_library() / "libc" / "include" / f"any-{SYSTEMS[target.suffix]}-any").is_dir():
+    if not (compiler_library() / "libc" / "include" / HEADERS[SYSTEMS[target.suffix]]).is_dir():
         raise CompileError(
             f"{target.name}: the compiler that `make run` installs is for this machine alone: "
             "`make test` and `make dist` install the whole one, as does pip install --force-reinstall ziglang"

@@ -20,6 +20,7 @@ def test_other_systems_and_languages_are_superfluous():
     gone = {name: {p.relative_to(LIBRARY).as_posix() for p in superfluous(t, LIBRARY)} for name, t in PLATFORMS.items()}
     for name, folders in gone.items():
         assert {"libcxx", "libc/include/generic-freebsd"} <= folders, name
+        assert not {"libc/wasi", "libc/musl", "libc/include/wasm-wasi-musl", "libc/include/generic-musl"} & folders
         systems = {s for s in ("linux", "windows", "darwin") if f"libc/include/any-{s}-any" not in folders}
         assert systems == {compiler.SYSTEMS[PLATFORMS[name].suffix]}
     assert gone["x86_64-linux"] == gone["aarch64-linux"]
