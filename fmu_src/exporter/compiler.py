@@ -71,6 +71,7 @@ PLATFORMS = {
 
 # No shared library: one module of 32-bit addresses for any machine, called by what runs it, in a page or elsewhere.
 WEB_ASSEMBLY = Platform("wasm32-wasip2", "wasm32-wasip2", "wasm32-wasip2", "wasm32-wasi", ".wasm")
+MODULE_STACK = 1 << 20  # bytes; the compiler's own 16 MiB would be each module's least memory
 
 # By the suffix of their libraries, the system and the headers that only the compiler for it has.
 SYSTEMS = {".so": "linux", ".dll": "windows", ".dylib": "darwin", ".wasm": "wasi"}
@@ -112,13 +113,13 @@ def compile_library(sources: tuple[Path, ...], library: Path, target: Platform, 
 def compile_module(sources: tuple[Path, ...], module: Path, exports: Iterable[str], *options: str) -> None:
     """Compile C sources into a WebAssembly module, to be called and not to be run (a reactor).
 
-    It exports its memory and the functions named, C library's too (malloc, free), and `_initialize`, to be called first;
-    it imports what the sources declare as imported, and nothing else. The same sources give the same bytes.
+    It exports its memory, the functions named, those of the C library too (malloc, free), and `_initialize`, to be
+    called first; it imports what the sources declare as imported and nothing else. The same sources give the same bytes.
     """
     module.parent.mkdir(parents=True, exist_ok=True)
     run_compiler(
-        WEB_ASSEMBLY, "-mexec-model=reactor", "-fvisibility=hidden", "-s", *(f"-Wl,--export={name}" for name in exports),
-        *options, "-o", str(module), *map(str, sources),
+        WEB_ASSEMBLY, "-mexec-model=reactor", "-fvisibility=hidden", "-s", f"-Wl,-z,stack-size={MODULE_STACK}",
+        *(f"-Wl,--export={name}" for name in exports), *options, "-o", str(module), *map(str, sources),
     )  # fmt: skip
 
 

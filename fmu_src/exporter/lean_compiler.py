@@ -1,8 +1,8 @@
 """`make run`: the compiler without what only other systems and languages need, which is 40 % of it.
 
 ziglang brings headers and sources of the C libraries of all systems that it knows, and C++. To build and run the FMUs
-on this machine, those of its system suffice, and WebAssembly's for the page in them. `make test` and `make dist`, which build for every platform, install all
-of it again; compiler.run_compiler says so where headers are missing.
+on this machine, those of its system suffice, and WebAssembly's. `make test` and `make dist`, which build for every
+platform, install all of it again; compiler.run_compiler says so where headers are missing.
 """
 
 from __future__ import annotations
