@@ -114,7 +114,7 @@ def compile_module(sources: tuple[Path, ...], module: Path, exports: Iterable[st
     """Compile C sources into a WebAssembly module, to be called and not to be run (a reactor).
 
     It exports its memory, the functions named, those of the C library too (malloc, free), and `_initialize`, to be
-    called first; it imports what the sources declare as imported and nothing else. The same sources give the same bytes.
+    called first; it imports what the sources declare as imported, nothing else. The same sources give the same bytes.
     """
     module.parent.mkdir(parents=True, exist_ok=True)
     run_compiler(
