@@ -20,7 +20,7 @@ from rich.text import Text
 
 from .exporter import compiler
 from .exporter.build import TwinError, build_fmu, build_twin, write_example_input
-from .exporter.compiler import PLATFORMS, CompileError, host_platform
+from .exporter.compiler import PLATFORMS, WEB_ASSEMBLY, CompileError, host_platform
 from .exporter.documentation import DocumentationError
 from .exporter.generate import generate
 from .exporter.model_description import ModelDescriptionError
@@ -42,7 +42,10 @@ def main(arguments: list[str] | None = None) -> int:
     build = commands.add_parser("build", help="build the FMUs")
     build.add_argument("--output", type=Path, default=Path("build"), metavar="FOLDER", help="default: build")
     build.add_argument(
-        "--platform", action="append", choices=[*PLATFORMS, "all"], help="repeatable; default: this machine's"
+        "--platform",
+        action="append",
+        choices=[*PLATFORMS, WEB_ASSEMBLY.name, "all"],
+        help=f"repeatable; default: this machine's; {WEB_ASSEMBLY.name} is experimental, and in FMI 3.0 alone",
     )
     build.set_defaults(run=run_build)
 
@@ -122,11 +125,14 @@ def run_build(chosen: argparse.Namespace) -> int:
     if missing := missing_packages("build"):
         raise MissingPackages(f"build needs {' and '.join(missing)}: pip install {' '.join(missing)}")
     names = chosen.platform or []
-    platforms = list(PLATFORMS.values()) if "all" in names else [PLATFORMS[name] for name in names]
-    platforms = platforms or [host_platform()]
+    known = PLATFORMS | {WEB_ASSEMBLY.name: WEB_ASSEMBLY}
+    platforms = [known[name] for name in (known if "all" in names else names)] or [host_platform()]
     for version in compiler.FMU_SOURCE:
-        fmu = build_fmu(version, chosen.output, platforms)
-        say(f"{fmu}  ({', '.join(p.name for p in platforms)})")
+        usable = [target for target in platforms if version == 3 or target != WEB_ASSEMBLY]
+        if usable:
+            say(f"{build_fmu(version, chosen.output, usable)}  ({', '.join(p.name for p in usable)})")
+        else:
+            say(f"no FMU of FMI {version}.0: it has no {WEB_ASSEMBLY.name}")
     say(str(write_example_input(chosen.output)))
     say(f"{build_twin(chosen.output)}  (Python)")
     return 0

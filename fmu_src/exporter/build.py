@@ -17,6 +17,7 @@ from ..interface import INTERFACE_FILE, Interface, load_interface
 from . import compiler
 from .archive import put_in_place, write_archive
 from .documentation import documentation_content
+from .fmi_ls_wasm import web_assembly_content
 from .mach_o import universal
 from .model_description import FMI3, NATIVE, TWIN, Edition, model_description_xml
 from .python_fmu import mended
@@ -35,11 +36,13 @@ class TwinError(RuntimeError):
 def build_fmu(version: int, output: Path, platforms: Iterable[compiler.Platform]) -> Path:
     """Write `output`/fmi<version>/TransplanterLinkage.fmu with binaries for `platforms`; returns its path.
 
-    version: 2 or 3, FMI 2.0 or 3.0.
+    version: 2 or 3, FMI 2.0 or 3.0; the former has no WebAssembly.
     """
     interface, edition, platforms = load_interface(), FMI3 if version == 3 else NATIVE, list(platforms)
     content = carried(interface, edition) | source_content(interface, version)
-    content |= binaries(interface, version, platforms)
+    content |= binaries(interface, version, [target for target in platforms if target != compiler.WEB_ASSEMBLY])
+    if version == 3 and compiler.WEB_ASSEMBLY in platforms:
+        content |= web_assembly_content(interface)
     if any(target.suffix == ".dll" for target in platforms):
         content["documentation/licenses/mingw-w64.txt"] = compiler.mingw_license()
     fmu = output / f"fmi{version}" / f"{interface.model.name}.fmu"
