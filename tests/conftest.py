@@ -15,7 +15,7 @@ import pytest
 from filelock import FileLock
 
 from fmu_src.exporter.build import build_fmu
-from fmu_src.exporter.compiler import PLATFORMS, compile_library, compile_program, host_platform
+from fmu_src.exporter.compiler import PLATFORMS, WEB_ASSEMBLY, compile_library, compile_program, host_platform
 from fmu_src.interface import Interface, load_interface
 from tests.harness.host import DISCARD, ERROR, OK, WARNING, Fmu, Instance
 from tests.harness.host3 import Fmu3
@@ -130,7 +130,7 @@ def all_platforms_fmu(fmi, shared_folder) -> Path:
     folder = shared_folder / "all platforms"
     with FileLock(f"{folder} {fmi}.lock"):
         finished = list((folder / f"fmi{fmi}").glob("*.fmu"))
-        return finished[0] if finished else build_fmu(fmi, folder, PLATFORMS.values())
+        return finished[0] if finished else build_fmu(fmi, folder, [*PLATFORMS.values(), WEB_ASSEMBLY])
 
 
 @pytest.fixture(scope="session")

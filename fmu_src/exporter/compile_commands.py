@@ -11,7 +11,17 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .compiler import ARITHMETIC, FMI_HEADERS, SOURCE_ROOT, WARNINGS, CompileError, Platform, host_platform
+from .compiler import (
+    ARITHMETIC,
+    FMI_HEADERS,
+    SOURCE_ROOT,
+    WARNINGS,
+    WEB_ASSEMBLY,
+    WEB_ASSEMBLY_SOURCE,
+    CompileError,
+    Platform,
+    host_platform,
+)
 
 PROJECT = SOURCE_ROOT.parent
 FOLDERS = ("fmu_src", "scenarios", "tests")
@@ -35,14 +45,20 @@ def system_headers(target: Platform) -> list[str]:
     return [str((PROJECT / line.strip()).resolve()) for line in lines[first:last]]
 
 
-def compile_commands(target: Platform) -> list[dict[str, object]]:
-    """One entry for each C file, as clang takes it."""
+def options_of(target: Platform) -> list[str]:
+    """The command line for `target`, without the file."""
     headers = [option for folder in system_headers(target) for option in ("-isystem", folder)]
     triple, _, glibc = target.target.partition("-gnu.2.")
     options = ["clang", "-target", f"{triple}-gnu" if glibc else triple, "-nostdinc", *WARNINGS, *ARITHMETIC]
-    options += ["-I", str(SOURCE_ROOT), "-isystem", str(FMI_HEADERS), *headers]
+    return [*options, "-I", str(SOURCE_ROOT), "-isystem", str(FMI_HEADERS), *headers]
+
+
+def compile_commands(target: Platform) -> list[dict[str, object]]:
+    """One entry for each C file, as clang takes it."""
+    options = dict.fromkeys(c_files(), options_of(target)) | {WEB_ASSEMBLY_SOURCE: options_of(WEB_ASSEMBLY)}
     return [
-        {"directory": str(PROJECT), "file": str(path), "arguments": [*options, "-c", str(path)]} for path in c_files()
+        {"directory": str(PROJECT), "file": str(path), "arguments": [*before, "-c", str(path)]}
+        for path, before in options.items()
     ]
 
 

@@ -15,12 +15,16 @@ from pathlib import Path
 
 import fmpy
 
+from ..formats import ls_wasm
+
 SOURCE_ROOT = Path(__file__).resolve().parent.parent
 FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 LINKAGE_SOURCES = tuple(sorted((SOURCE_ROOT / "linkage").glob("*.c")))
 COMPONENT_SOURCES = tuple(sorted((SOURCE_ROOT / "component").glob("*.c")))
 FMU_SOURCE = {version: SOURCE_ROOT / "fmi" / f"fmi{version}_fmu.c" for version in (2, 3)}  # includes all the others
+
+WEB_ASSEMBLY_SOURCE = SOURCE_ROOT / "fmi" / "web_assembly.c"  # besides, for WebAssembly alone
 
 # C99 and the strictest common warnings; no warning passes.
 WARNINGS = (
@@ -70,7 +74,7 @@ PLATFORMS = {
 
 
 # No shared library: one module of 32-bit addresses for any machine, called by what runs it, in a page or elsewhere.
-WEB_ASSEMBLY = Platform("wasm32-wasip2", "wasm32-wasip2", "wasm32-wasip2", "wasm32-wasi", ".wasm")
+WEB_ASSEMBLY = Platform(ls_wasm.FOLDER, ls_wasm.FOLDER, ls_wasm.FOLDER, "wasm32-wasi", ls_wasm.SUFFIX)
 MODULE_STACK = 1 << 20  # bytes; the compiler's own 16 MiB would be each module's least memory
 
 # By the suffix of their libraries, the system and the headers that only the compiler for it has.

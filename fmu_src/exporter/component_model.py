@@ -15,7 +15,8 @@ from functools import cache
 from itertools import groupby
 from operator import itemgetter
 
-COMPONENT = b"\0asm\x0d\0\x01\0"
+from ..formats.ls_wasm import COMPONENT
+
 MODULE = b"\0asm\x01\0\0\0"
 
 PRIMITIVES = {"bool": 0x7F, "s8": 0x7E, "u8": 0x7D, "s16": 0x7C, "u16": 0x7B, "s32": 0x7A, "u32": 0x79, "s64": 0x78,

@@ -12,14 +12,14 @@ from pathlib import Path
 
 from lxml import etree
 
+from ..formats.ls_wasm import MANIFEST
 from ..interface import Interface
 from . import component_model as wasm
-from .compiler import FMU_SOURCE, SOURCE_ROOT, WEB_ASSEMBLY, compile_module
+from .compiler import FMU_SOURCE, WEB_ASSEMBLY, WEB_ASSEMBLY_SOURCE, compile_module
 
 VERSION = "0.1.0"  # the draft's own example: it has none yet
-MANIFEST = "extra/org.modelica.fmi-ls-wasm/manifest.xml"
 MANIFEST_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
-CORE_SOURCES = (FMU_SOURCE[3], SOURCE_ROOT / "fmi" / "web_assembly.c")
+CORE_SOURCES = (FMU_SOURCE[3], WEB_ASSEMBLY_SOURCE)
 PAGES = 32  # of 64 KiB, to begin with: code's data and 1 MiB of stack
 PACKAGE = "fmi:fmi3/{}@3.0.0"
 

@@ -19,6 +19,7 @@ from fmpy.fmi3 import FMU3Model, FMU3ScheduledExecution, FMU3Slave
 from fmpy.validation import validate_fmu
 from lxml import etree, html
 
+from ..formats import ls_wasm
 from ..formats.python_fmu import DESTRUCTOR, FINALIZER, VERSIONS
 from .process import OutOfTime
 from .subject import (
@@ -385,6 +386,9 @@ def binaries(fmu: Subject) -> Iterator[str]:
     if not folders and not has_sources:
         yield "it has neither binaries nor sources"
     for folder in sorted(folders):
+        if folder == ls_wasm.FOLDER:
+            yield from component_problems(fmu)
+            continue
         system, processor = FMI2_FOLDERS.get(folder) or reversed(re.split("-", folder + "-")[:2])
         for kind, interface in kinds.items():
             stem = f"binaries/{folder}/{interface.modelIdentifier}"
@@ -402,6 +406,18 @@ def binaries(fmu: Subject) -> Iterator[str]:
                 yield f"{binary} is a {found['format']} file, not one for {system}"
             elif processor in PROCESSORS and not PROCESSORS[processor] & set(found["machines"]):
                 yield f"{binary} is for {', '.join(found['machines'])}, not for {processor}"
+
+
+def component_problems(fmu: Subject) -> Iterator[str]:
+    """Of an FMU with a folder for WebAssembly: a component, and the manifest that tells of it."""
+    for kind, interface in fmu.interfaces.items():
+        name = f"binaries/{ls_wasm.FOLDER}/{interface.modelIdentifier}{ls_wasm.SUFFIX}"
+        if name not in fmu.files:
+            yield f"{posixpath.dirname(name)} has no {interface.modelIdentifier} for {kind}"
+        elif not (fmu.folder / name).read_bytes().startswith(ls_wasm.COMPONENT):
+            yield f"{name} is no WebAssembly component"
+    if ls_wasm.MANIFEST not in fmu.files:
+        yield Advice(f"{ls_wasm.MANIFEST} is missing: by it hosts tell that there is a component")
 
 
 def promised_functions(fmu: Subject) -> set[str]:

@@ -7,12 +7,16 @@ import struct
 import zipfile
 from pathlib import Path
 
+import fmpy
 import pytest
 from elftools.elf.elffile import ELFFile
+
+from lxml import etree
 
 from fmu_src.exporter import compiler
 from fmu_src.exporter.compiler import PLATFORMS, CompileError, compile_library, host_platform
 from fmu_src.exporter.mach_o import universal
+from fmu_src.formats.ls_wasm import MANIFEST
 from tests.harness import host, host3
 
 FUNCTIONS = {2: {*host.FUNCTIONS, *host.MODEL_EXCHANGE_FUNCTIONS}, 3: {*host3.FUNCTIONS}}
@@ -22,7 +26,7 @@ FOLDERS = {
     2: {("linux64", ".so"), ("win64", ".dll"), ("darwin64", ".dylib"), ("aarch64-linux", ".so")},
     # FMI 3.0, section 2.5.1.4: platform tuples
     3: {("x86_64-linux", ".so"), ("aarch64-linux", ".so"), ("x86_64-windows", ".dll"),
-        ("x86_64-darwin", ".dylib"), ("aarch64-darwin", ".dylib")},
+        ("x86_64-darwin", ".dylib"), ("aarch64-darwin", ".dylib"), ("wasm32-wasip2", ".wasm")},  # the last: FMI-LS-WASM
 }  # fmt: skip
 MACH_O_64 = 0xFEEDFACF
 MACH_O_LIBRARY = 6
@@ -32,6 +36,20 @@ def test_all_are_there(all_platforms_fmu, interface, fmi):
     with zipfile.ZipFile(all_platforms_fmu) as archive:
         binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
     assert binaries == {f"binaries/{folder}/{interface.model.name}{suffix}" for folder, suffix in FOLDERS[fmi]}
+
+
+def test_the_manifest_of_the_component(all_platforms_fmu, fmu_files, fmi):
+    """Where there is a component, and there alone: attributes as the schema of FMI 3.0's manifests has them."""
+    with zipfile.ZipFile(all_platforms_fmu) as archive:
+        assert (MANIFEST in archive.namelist()) == (fmi == 3)
+        if fmi == 3:
+            root = etree.fromstring(archive.read(MANIFEST))
+            schema = etree.parse(Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3LayeredStandardManifest.xsd")
+            space, declared = schema.getroot().get("targetNamespace"), schema.findall("{*}attribute")
+            assert set(root.keys()) == {f"{{{space}}}{attribute.get('name')}" for attribute in declared}
+            assert root.get(f"{{{space}}}fmi-ls-name") == "org.modelica.fmi-ls-wasm"
+    with zipfile.ZipFile(fmu_files[fmi]) as archive:
+        assert not [name for name in archive.namelist() if "wasm" in name]
 
 
 def test_the_licence_of_what_windows_carries(all_platforms_fmu, fmu_files, fmi):

@@ -21,6 +21,7 @@ from junitparser import JUnitXml
 from fmu_src.exporter.archive import write_archive
 from fmu_src.cli import main
 from fmu_src.exporter.compiler import host_platform
+from fmu_src.formats import ls_wasm
 from fmu_src.validation import process
 from fmu_src.validation.subject import Options
 from fmu_src.validation.table import CHECKS, FAILED, NAMES, PASSED, SKIPPED, UNJUDGED, WARNED, Result, validate
@@ -346,6 +347,18 @@ def test_binary_of_another_platform(checked, built, all_platforms):
 def test_all_platforms(checked, all_platforms_fmu):
     """ELF, PE and Mach-O of both processors pass as well."""
     refused(checked(all_platforms_fmu, IN_BINARIES))
+
+
+def test_component(checked, built):
+    """FMI-LS-WASM: a component and its manifest; a module of WebAssembly is none."""
+    manifest = {ls_wasm.MANIFEST: b"<a/>"}
+    component = {f"binaries/{ls_wasm.FOLDER}/TransplanterLinkage.wasm": ls_wasm.COMPONENT}
+    assert checked(built | component | manifest, IN_BINARIES)["binaries"].outcome == PASSED
+    assert "manifest.xml is missing" in warned(checked(built | component, IN_BINARIES), "binaries")
+    module = dict.fromkeys(component, b"\0asm\x01\0\0\0")
+    assert "is no WebAssembly component" in refused(checked(built | module | manifest, IN_BINARIES), "binaries")
+    other = {f"binaries/{ls_wasm.FOLDER}/Other.wasm": ls_wasm.COMPONENT}
+    assert "has no TransplanterLinkage" in refused(checked(built | other | manifest, IN_BINARIES), "binaries")
 
 
 def test_function_that_is_declared_and_missing(checked):
