@@ -23,6 +23,13 @@ else:
 INTERFACE_FILE = Path(__file__).with_name("interface.toml")
 DEPENDENCY_KINDS = ("dependent", "constant")
 
+# What equations are made of; in C: PoseFactor (component/pose.h) and MotionFactor (component/motion.h).
+POSE_FACTORS = ("tip.x", "tip.y", "tip.angle", "assembly.margin")
+MOTION_FACTORS = (
+    "crank.w", "crank.w^2", "crank.a", "machine.s", "machine.v", "machine.a", "tip.fx", "tip.fy",
+)  # fmt: skip
+HIGHEST_ORDER = 2  # of a derivative by phi in an equation: derivatives by time need two more
+
 
 class InterfaceError(ValueError):
     """interface.toml contradicts itself; the message names the variable and the mistake."""
@@ -114,15 +121,29 @@ class Parameter(Variable):
         return f"0 or from {self.smallest:g} to {greatest:g}" if self.smallest else f"from {least:g} to {greatest:g}"
 
 
+@dataclass(frozen=True)
+class Product:
+    """One term of an equation: coefficient · pose factor, differentiated `order` times by phi · motion factor.
+
+    A factor is 1 where it is "".
+    """
+
+    coefficient: float
+    pose: str
+    order: int
+    motion: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Computed(Variable):
-    """What the component computes, by the function component_compute_<computed_by>.
+    """What the component computes: the sum of the products of its equation, with the others of its group.
 
     `depends` maps the names of inputs and states to the dependency kind ("dependent" or "constant").
     """
 
     unit: Unit = field()
-    computed_by: str
+    group: str
+    equation: tuple[Product, ...]
     depends: dict[str, str]
 
 
@@ -265,6 +286,12 @@ def _variable(reference: int, entry: dict[str, Any], units: dict[str, Unit], set
         named = (depend.partition(":") for depend in entry.pop("depends", []))
         return {known: kind or "dependent" for known, _, kind in named}
 
+    def equation() -> tuple[Product, ...]:
+        try:
+            return _equation(entry.pop("equation"))
+        except ValueError as problem:
+            raise mistake(str(problem)) from None
+
     readers: dict[str, Callable[..., Variable]] = {
         "independent": Time,
         "input": lambda **common: Input(**common, start=number("start")),
@@ -277,12 +304,13 @@ def _variable(reference: int, entry: dict[str, Any], units: dict[str, Unit], set
         "output": lambda **common: Output(
             **common,
             start=number("start") if "start" in entry else None,
-            computed_by=entry.pop("computed_by"),
+            group=entry.pop("group"),
+            equation=equation(),
             depends=depends(),
             initially=_expand(entry.pop("initially", []), sets),
         ),
         "derivative": lambda **common: Derivative(
-            **common, computed_by=entry.pop("computed_by"), depends=depends(), of=entry.pop("of")
+            **common, group=entry.pop("group"), equation=equation(), depends=depends(), of=entry.pop("of")
         ),
     }
     try:
@@ -296,6 +324,30 @@ def _variable(reference: int, entry: dict[str, Any], units: dict[str, Unit], set
     if entry:
         raise mistake(f"unknown keys {sorted(entry)}: no {kind} has them")
     return variable
+
+
+def _equation(text: str) -> tuple[Product, ...]:
+    """The products of "tip.x'' crank.w^2 + tip.x' crank.a"; raises ValueError that says what is wrong."""
+    terms = re.findall(r"([+-]|^)([^+-]*)", text)
+    return tuple(_product(-1.0 if sign == "-" else 1.0, words.split()) for sign, words in terms)
+
+
+def _product(coefficient: float, words: list[str]) -> Product:
+    pose, order, motion = "", 0, ""
+    for word in words:
+        name = word.rstrip("'")
+        if re.fullmatch(r"[0-9.]+", word):
+            coefficient *= float(word)
+        elif name in POSE_FACTORS and not pose:
+            pose, order = name, len(word) - len(name)
+        elif word in MOTION_FACTORS and not motion:
+            motion = word
+        else:
+            known = ", ".join((*POSE_FACTORS, *MOTION_FACTORS))
+            raise ValueError(f"equation: {word!r} is a second factor of its kind, or none of {known}")
+    if not words or order > HIGHEST_ORDER:
+        raise ValueError(f"equation: {' '.join(words)!r}: a product has factors, and at most {HIGHEST_ORDER} primes")
+    return Product(coefficient, pose, order, motion)
 
 
 def _range(limits: list[float]) -> tuple[float, float]:

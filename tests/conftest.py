@@ -152,10 +152,9 @@ def all_platforms(fmi, all_platforms_fmu, tmp_path_factory) -> dict[str, Path]:
     return files
 
 
-@pytest.fixture
-def project_copy(tmp_path) -> Path:
+def copy_project(folder: Path) -> Path:
     """The sources in another folder, with other file times, to build from and to change."""
-    copy = tmp_path / "else where"
+    copy = folder / "else where"
     skipped = shutil.ignore_patterns("__pycache__")
     shutil.copytree(PROJECT_ROOT / "fmu_src", copy / "fmu_src", ignore=skipped, copy_function=shutil.copyfile)
     for name in ("LICENSE", "README.md"):
@@ -163,3 +162,8 @@ def project_copy(tmp_path) -> Path:
     for path in copy.rglob("*"):
         os.utime(path, (1e9, 1e9))
     return copy
+
+
+@pytest.fixture
+def project_copy(tmp_path) -> Path:
+    return copy_project(tmp_path)

@@ -14,7 +14,7 @@
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
-#define INTERFACE_TOKEN "{11fb9f73-8504-6c65-7fcf-71f500a345e7}"
+#define INTERFACE_TOKEN "{2d3ac8fa-3980-e762-d649-19b5b332d7df}"
 
 /* Names of the categories under which messages are logged. */
 #define INTERFACE_LOG_CATEGORIES                                                                   \
@@ -67,7 +67,8 @@ enum {
     VARIABLE_CRANK_SMOOTHING = 43,
     VARIABLE_DER_MACHINE_S = 44,
     INTERFACE_COUNT = 44,
-    INTERFACE_INPUT_COUNT = 6
+    INTERFACE_INPUT_COUNT = 6,
+    INTERFACE_SETTABLE_COUNT = 28
 };
 
 /* Outputs that are computed together: component_get_real computes what is read. */
@@ -83,6 +84,38 @@ enum {
     EVALUATION_NONE = 0,
     EVALUATION_NOT_REAL = 1 << 15 /* in the same place: no real at all */
 };
+
+/* The outputs, and derivatives of states, that are computed together, and these groups:
+ * OUTPUT(name), GROUP(name). */
+#define INTERFACE_OUTPUTS_OF_POSITION(OUTPUT) OUTPUT(TIP_X) OUTPUT(TIP_Y) OUTPUT(GROUND_X) OUTPUT(GROUND_Y)
+#define INTERFACE_OUTPUTS_OF_VELOCITY(OUTPUT) OUTPUT(TIP_VX) OUTPUT(TIP_VY) OUTPUT(GROUND_VX) OUTPUT(GROUND_VY)
+#define INTERFACE_OUTPUTS_OF_ACCELERATION(OUTPUT) OUTPUT(TIP_AX) OUTPUT(TIP_AY) OUTPUT(GROUND_AX) OUTPUT(GROUND_AY)
+#define INTERFACE_OUTPUTS_OF_ANGLE(OUTPUT) OUTPUT(TIP_ANGLE)
+#define INTERFACE_OUTPUTS_OF_TRAVEL(OUTPUT) OUTPUT(MACHINE_S)
+#define INTERFACE_OUTPUTS_OF_TORQUE(OUTPUT) OUTPUT(CRANK_TAU)
+#define INTERFACE_OUTPUTS_OF_MARGIN(OUTPUT) OUTPUT(ASSEMBLY_MARGIN)
+#define INTERFACE_OUTPUTS_OF_SPEED(OUTPUT) OUTPUT(DER_MACHINE_S)
+#define INTERFACE_OUTPUT_GROUPS(GROUP) GROUP(POSITION) GROUP(VELOCITY) GROUP(ACCELERATION) GROUP(ANGLE) GROUP(TRAVEL) GROUP(TORQUE) GROUP(MARGIN) GROUP(SPEED)
+
+/* Their equations: sums of PRODUCT(coefficient, factor of the pose, how often it is differentiated by
+ * phi, factor of the motion). */
+#define EQUATION_TIP_X(PRODUCT) PRODUCT(1.0, TIP_X, 0, ONE)
+#define EQUATION_TIP_Y(PRODUCT) PRODUCT(1.0, TIP_Y, 0, ONE)
+#define EQUATION_TIP_VX(PRODUCT) PRODUCT(1.0, TIP_X, 1, CRANK_W)
+#define EQUATION_TIP_VY(PRODUCT) PRODUCT(1.0, TIP_Y, 1, CRANK_W)
+#define EQUATION_TIP_AX(PRODUCT) PRODUCT(1.0, TIP_X, 2, CRANK_W_SQUARED) PRODUCT(1.0, TIP_X, 1, CRANK_A)
+#define EQUATION_TIP_AY(PRODUCT) PRODUCT(1.0, TIP_Y, 2, CRANK_W_SQUARED) PRODUCT(1.0, TIP_Y, 1, CRANK_A)
+#define EQUATION_TIP_ANGLE(PRODUCT) PRODUCT(1.0, TIP_ANGLE, 0, ONE)
+#define EQUATION_GROUND_X(PRODUCT) PRODUCT(1.0, TIP_X, 0, ONE) PRODUCT(1.0, ONE, 0, MACHINE_S)
+#define EQUATION_GROUND_Y(PRODUCT) PRODUCT(1.0, TIP_Y, 0, ONE)
+#define EQUATION_GROUND_VX(PRODUCT) PRODUCT(1.0, TIP_X, 1, CRANK_W) PRODUCT(1.0, ONE, 0, MACHINE_V)
+#define EQUATION_GROUND_VY(PRODUCT) PRODUCT(1.0, TIP_Y, 1, CRANK_W)
+#define EQUATION_GROUND_AX(PRODUCT) PRODUCT(1.0, TIP_X, 2, CRANK_W_SQUARED) PRODUCT(1.0, TIP_X, 1, CRANK_A) PRODUCT(1.0, ONE, 0, MACHINE_A)
+#define EQUATION_GROUND_AY(PRODUCT) PRODUCT(1.0, TIP_Y, 2, CRANK_W_SQUARED) PRODUCT(1.0, TIP_Y, 1, CRANK_A)
+#define EQUATION_MACHINE_S(PRODUCT) PRODUCT(1.0, ONE, 0, MACHINE_S)
+#define EQUATION_CRANK_TAU(PRODUCT) PRODUCT(0.0, ONE, 0, ONE) PRODUCT(-1.0, TIP_X, 1, TIP_FX) PRODUCT(-1.0, TIP_Y, 1, TIP_FY)
+#define EQUATION_ASSEMBLY_MARGIN(PRODUCT) PRODUCT(1.0, ASSEMBLY_MARGIN, 0, ONE)
+#define EQUATION_DER_MACHINE_S(PRODUCT) PRODUCT(1.0, ONE, 0, MACHINE_V)
 
 /* Inputs and parameters are within +- this, so that no output can overflow. */
 #define INTERFACE_GREATEST_VALUE 1e+60
@@ -111,5 +144,8 @@ typedef struct {
 INTERNAL_TABLE const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
 INTERNAL_TABLE const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
 INTERNAL_TABLE const uint8_t interface_access[INTERFACE_COUNT + 1]; /* ACCESS_ */
+
+/* The value references of what is set, by the host or by its steps, and not computed. */
+INTERNAL_TABLE const uint8_t interface_settable[INTERFACE_SETTABLE_COUNT];
 
 #endif

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
-from ..interface import Computed, Interface, InterfaceError, Parameter, Variable
+from ..interface import Computed, Interface, InterfaceError, Parameter, Product, Variable
 
 BANNER = "/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */\n"
 
@@ -15,7 +16,7 @@ def header(interface: Interface) -> str:
     """interface.h: value references, kinds of access, what is computed together."""
     evaluations = _evaluations(interface)
     if len(evaluations) > NOT_REAL_BIT:
-        raise InterfaceError(f"interface.toml: more than {NOT_REAL_BIT} different computed_by")
+        raise InterfaceError(f"interface.toml: more than {NOT_REAL_BIT} different group")
     return f"""{BANNER}#ifndef INTERFACE_H
 #define INTERFACE_H
 
@@ -41,7 +42,8 @@ def header(interface: Interface) -> str:
 enum {{
 {_lines(f"    VARIABLE_{v.identifier.upper()} = {v.value_reference}," for v in interface.variables)}
     INTERFACE_COUNT = {len(interface.variables)},
-    INTERFACE_INPUT_COUNT = {len(interface.of_kind("input"))}
+    INTERFACE_INPUT_COUNT = {len(interface.of_kind("input"))},
+    INTERFACE_SETTABLE_COUNT = {len(_settable(interface))}
 }};
 
 /* Outputs that are computed together: component_get_real computes what is read. */
@@ -50,6 +52,15 @@ enum {{
     EVALUATION_NONE = 0,
     EVALUATION_NOT_REAL = 1 << {NOT_REAL_BIT} /* in the same place: no real at all */
 }};
+
+/* The outputs, and derivatives of states, that are computed together, and these groups:
+ * OUTPUT(name), GROUP(name). */
+{_lines(_group(interface, name) for name in evaluations)}
+#define INTERFACE_OUTPUT_GROUPS(GROUP) {" ".join(f"GROUP({name.upper()})" for name in evaluations)}
+
+/* Their equations: sums of PRODUCT(coefficient, factor of the pose, how often it is differentiated by
+ * phi, factor of the motion). */
+{_lines(_equation(v) for v in interface.computed)}
 
 /* Inputs and parameters are within +- this, so that no output can overflow. */
 #define INTERFACE_GREATEST_VALUE {interface.model.greatest_value!r}
@@ -78,6 +89,9 @@ typedef struct {{
 INTERNAL_TABLE const InterfaceVariable interface_variables[INTERFACE_COUNT + 1];
 INTERNAL_TABLE const uint16_t interface_evaluation[INTERFACE_COUNT + 1]; /* EVALUATION_ */
 INTERNAL_TABLE const uint8_t interface_access[INTERFACE_COUNT + 1]; /* ACCESS_ */
+
+/* The value references of what is set, by the host or by its steps, and not computed. */
+INTERNAL_TABLE const uint8_t interface_settable[INTERFACE_SETTABLE_COUNT];
 
 #endif
 """
@@ -111,6 +125,10 @@ INTERNAL const uint8_t interface_access[INTERFACE_COUNT + 1] = {{
     ACCESS_READ_ONLY, /* (no variable) */
 {_lines(f"    {_access(v)}, /* {v.name} */" for v in interface.variables)}
 }};
+
+INTERNAL const uint8_t interface_settable[INTERFACE_SETTABLE_COUNT] = {{
+{_lines(f"    VARIABLE_{v.identifier.upper()}," for v in _settable(interface))}
+}};
 """
 
 
@@ -130,7 +148,7 @@ def _row(interface: Interface, v: Variable) -> str:
 def _evaluation(v: Variable) -> str:
     if v.type == "boolean":
         return "NOT_REAL"
-    return v.computed_by.upper() if isinstance(v, Computed) else "NONE"
+    return v.group.upper() if isinstance(v, Computed) else "NONE"
 
 
 def _access(v: Variable) -> str:
@@ -144,8 +162,29 @@ def _access(v: Variable) -> str:
     return "ACCESS_READ_ONLY"
 
 
+def _settable(interface: Interface) -> list[Variable]:
+    return [v for v in interface.variables if v.start is not None or v.kind == "independent"]
+
+
+def _group(interface: Interface, name: str) -> str:
+    outputs = (f"OUTPUT({v.identifier.upper()})" for v in interface.computed if v.group == name)
+    return f"#define INTERFACE_OUTPUTS_OF_{name.upper()}(OUTPUT) {' '.join(outputs)}"
+
+
+def _equation(v: Computed) -> str:
+    return f"#define EQUATION_{v.identifier.upper()}(PRODUCT) {' '.join(map(_product, v.equation))}"
+
+
+def _product(p: Product) -> str:
+    return f"PRODUCT({p.coefficient!r}, {_factor(p.pose)}, {p.order}, {_factor(p.motion)})"
+
+
+def _factor(name: str) -> str:
+    return re.sub(r"\W+", "_", name.replace("^2", "_squared")).upper() or "ONE"
+
+
 def _evaluations(interface: Interface) -> list[str]:
-    return list(dict.fromkeys(v.computed_by for v in interface.computed))
+    return list(dict.fromkeys(v.group for v in interface.computed))
 
 
 def _lines(lines: Iterable[str]) -> str:

@@ -1,6 +1,6 @@
 /* What the adaptors of the FMI versions share: the instance, its messages, which call is legal
- * when, and the services whose words are the same in each version. An adaptor includes this file
- * once, after it has said in its version's terms
+ * when, and the services whose words are the same in each version. An adaptor says FMI_VERSION and
+ * includes this file once; the version's terms, in fmi2_host.h and fmi3_host.h, are
  *
  *   FMI(name)       the name with the version's prefix: FMI(Status), FMI(Error), ...
  *   Host            what the host gave with the instance
@@ -11,6 +11,12 @@
  *                   how to use it; a host without a logger is host_log's affair */
 #ifndef ADAPTOR_H
 #define ADAPTOR_H
+
+#if defined(FMI_VERSION) && FMI_VERSION == 3
+#include "fmi3_host.h"
+#else /* or where this file is opened alone */
+#include "fmi2_host.h"
+#endif
 
 #include "../component/component.h"
 
@@ -104,8 +110,8 @@ static inline FMI(Status)
 #define IN_INITIALIZED (IN_EVENT | IN_CONTINUOUS_TIME | IN_STEP)
 
 static inline bool is_legal(const Instance *instance, uint32_t modes) {
-    const ComponentSettings *settings = &instance->component.settings;
-    return (modes >> (settings->mode + 16 * settings->kind)) & 1;
+    const Component *component = &instance->component;
+    return (modes >> ((int)component_mode(component) + 16 * (int)component_kind(component))) & 1;
 }
 
 /* Says why a call is not legal; returns NULL. */
@@ -124,13 +130,13 @@ static COMPONENT_RARELY Instance *refuse_call(const Instance *instance, uint32_t
     };
     if (instance != NULL && !is_legal(instance, modes)) {
         char text[96] = "not allowed ";
-        bool is_co_simulation = instance->component.settings.kind == KIND_CO_SIMULATION;
+        bool is_co_simulation = component_kind(&instance->component) == KIND_CO_SIMULATION;
         bool is_of_other_kind =
             is_co_simulation ? !ONLY_CO_SIMULATION(modes) : !ONLY_MODEL_EXCHANGE(modes);
         strcat(text, is_of_other_kind
                          ? (is_co_simulation ? "in Co-Simulation, " : "in Model Exchange, ")
                          : "");
-        strcat(text, names[instance->component.settings.mode]);
+        strcat(text, names[component_mode(&instance->component)]);
         refuse(instance, function, text);
     } else if (instance != NULL) {
         refuse(instance, function, "an argument is NULL");
@@ -275,7 +281,7 @@ static inline FMI(Status) set_state(void *c, const ComponentState *state, const 
     Instance *instance = check_pointer(c, IN_ANY, function, state);
     if (instance == NULL)
         return FMI(Error);
-    if (state->settings.kind != instance->component.settings.kind)
+    if (component_kind_of_state(state) != component_kind(&instance->component))
         return refuse(instance, function,
                       "the state is of an instance of the other interface type");
     component_restore(&instance->component, state);
@@ -340,7 +346,7 @@ static inline FMI(Status)
     Instance *instance = check_call(c, from, function);
     if (instance == NULL)
         return FMI(Error);
-    instance->component.settings.mode = to;
+    component_enter_mode(&instance->component, to);
     return FMI(OK);
 }
 

@@ -1,31 +1,6 @@
 /* FMI 2.0 over the component, for co-simulation and Model Exchange: this file translates, it
  * decides nothing but which call is legal when (FMI 2.0.4, sections 3.2.3 and 4.2.4). */
-#include "fmi2Functions.h"
-
-#include <stdlib.h>
-
-typedef struct {
-    fmi2CallbackLogger logger;
-    fmi2ComponentEnvironment environment;
-    void *(*allocate)(size_t count, size_t size);
-    void (*release)(void *memory);
-} Host;
-
-static void *host_allocate(const Host *host, size_t size) { return host->allocate(1, size); }
-
-static void host_release(const Host *host, void *memory) { host->release(memory); }
-
-/* The message is a format. */
-static void host_log(const Host *host, const char *name, fmi2Status status, const char *category,
-                     const char *message) {
-    if (host->logger != NULL)
-        host->logger(host->environment, name, status, category, message);
-}
-
-#define FMI(name) fmi2##name
-#define TOKEN_NAME "GUID"
-#define MESSAGE_ESCAPE '%'
-#define CATEGORIES_ADD_UP false
+#define FMI_VERSION 2
 #include "adaptor.h"
 
 #define FOR_SETTING (IN_INSTANTIATED | IN_INITIALIZATION | IN_EVENT | IN_CONTINUOUS_TIME | IN_STEP)
@@ -99,7 +74,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     Instance *instance = check_call(c, IN_INITIALIZATION, "fmi2ExitInitializationMode");
     if (instance == NULL)
         return fmi2Error;
-    bool is_co_simulation = instance->component.settings.kind == KIND_CO_SIMULATION;
+    bool is_co_simulation = component_kind(&instance->component) == KIND_CO_SIMULATION;
     return answer(instance,
                   component_exit_initialization(&instance->component,
                                                 is_co_simulation ? MODE_STEP : MODE_EVENT),
@@ -114,7 +89,7 @@ fmi2Status fmi2Reset(fmi2Component c) {
     Instance *instance = check_call(c, IN_ANY, "fmi2Reset");
     if (instance == NULL)
         return fmi2Error;
-    component_reset(&instance->component, (ComponentKind)instance->component.settings.kind);
+    component_reset(&instance->component, component_kind(&instance->component));
     return fmi2OK;
 }
 
@@ -142,7 +117,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     if (instance == NULL)
         return fmi2Error;
     /* FMI 2.0.4, section 3.2.3, notes 4 and 5: states in continuous-time mode, not in event mode */
-    if (instance->component.settings.mode == MODE_EVENT && has_state(vr, nvr))
+    if (component_mode(&instance->component) == MODE_EVENT && has_state(vr, nvr))
         return refuse(instance, "fmi2SetReal",
                       "machine.s: a continuous state cannot be set in event mode");
     return answer(instance, component_set_real(&instance->component, vr, nvr, value),
@@ -340,7 +315,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *va
         return fmi2Error;
     if (s != fmi2DoStepStatus)
         return refuse_status(instance, "fmi2GetStatus");
-    *value = instance->component.settings.mode == MODE_STEP_REFUSED ? fmi2Discard : fmi2OK;
+    *value = component_mode(&instance->component) == MODE_STEP_REFUSED ? fmi2Discard : fmi2OK;
     return fmi2OK;
 }
 
@@ -350,7 +325,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
         return fmi2Error;
     if (s != fmi2LastSuccessfulTime)
         return refuse_status(instance, "fmi2GetRealStatus");
-    *value = instance->component.settings.real[VARIABLE_TIME];
+    *value = component_time(&instance->component);
     return fmi2OK;
 }
 

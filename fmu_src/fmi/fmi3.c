@@ -4,38 +4,7 @@
  * In a step the host is called back twice, if it wants to be: at its beginning, where it may ask
  * to return early, and at its end, where it may give the inputs of that instant; the outputs then
  * follow them. In Event Mode likewise. So a host has two legal ways to outputs without lag. */
-#include "fmi3Functions.h"
-
-#include <stdlib.h>
-
-typedef struct {
-    fmi3LogMessageCallback logger;
-    fmi3InstanceEnvironment environment;
-    fmi3IntermediateUpdateCallback intermediate_update; /* NULL where the host wants none */
-    bool can_return_early, has_event_mode;              /* the host allows it */
-} Host;
-
-static void *host_allocate(const Host *host, size_t size) {
-    (void)host;
-    return calloc(1, size);
-}
-
-static void host_release(const Host *host, void *memory) {
-    (void)host;
-    free(memory);
-}
-
-static void host_log(const Host *host, const char *name, fmi3Status status, const char *category,
-                     const char *message) {
-    (void)name;
-    if (host->logger != NULL)
-        host->logger(host->environment, status, category, message);
-}
-
-#define FMI(name) fmi3##name
-#define TOKEN_NAME "instantiation token"
-#define MESSAGE_ESCAPE '#'
-#define CATEGORIES_ADD_UP true
+#define FMI_VERSION 3
 #include "adaptor.h"
 
 #define FOR_SETTING                                                                                \
@@ -141,7 +110,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     ComponentStatus status =
         component_set_experiment(&self->component, startTime, stopTimeDefined, stopTime);
     if (status == COMPONENT_OK)
-        self->component.settings.mode = MODE_INITIALIZATION;
+        component_enter_mode(&self->component, MODE_INITIALIZATION);
     return answer(self, status, function);
 }
 
@@ -181,7 +150,7 @@ fmi3Status fmi3Reset(fmi3Instance instance) {
     Instance *self = check_call(instance, IN_ANY, "fmi3Reset");
     if (self == NULL)
         return fmi3Error;
-    component_reset(&self->component, (ComponentKind)self->component.settings.kind);
+    component_reset(&self->component, component_kind(&self->component));
     return fmi3OK;
 }
 
@@ -598,16 +567,16 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nConti
 /* Calls the host back, at the start or at the end of a step. Returns the time to which the host now
  * wants to step: `end`, or an earlier one. */
 static double update(Instance *self, ComponentMode mode, double time, double end) {
-    int64_t mode_of_step = self->component.settings.mode;
+    ComponentMode mode_of_step = component_mode(&self->component);
     bool is_at_end = mode == MODE_UPDATE_AT_END;
     bool may_return = self->host.can_return_early && !is_at_end;
     fmi3Boolean is_early = fmi3False;
     fmi3Float64 early_time = end;
-    self->component.settings.mode = mode;
+    component_enter_mode(&self->component, mode);
     /* at the end the inputs that the host gives may still change the outputs */
     self->host.intermediate_update(self->host.environment, time, is_at_end, fmi3True, !is_at_end,
                                    may_return, &is_early, &early_time);
-    self->component.settings.mode = mode_of_step;
+    component_enter_mode(&self->component, mode_of_step);
     return may_return && is_early && early_time < end ? early_time : end;
 }
 
@@ -627,7 +596,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *eventHandlingNeeded = fmi3False; /* nothing happens but at the host's will */
     *terminateSimulation = fmi3False;
     *earlyReturn = fmi3False;
-    *lastSuccessfulTime = component->settings.real[VARIABLE_TIME];
+    *lastSuccessfulTime = component_time(component);
 
     ComponentStatus status = COMPONENT_OK;
     bool is_early = false;
@@ -637,7 +606,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
             double wanted = update(self, MODE_UPDATE_AT_START, time, time + step);
             is_early = wanted < time + step;
             if (is_early) { /* the host's time may be off by more than so short a step tolerates */
-                time = component->settings.real[VARIABLE_TIME];
+                time = component_time(component);
                 step = wanted - time;
             }
         }
@@ -653,7 +622,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     if (component->has_news && self->logs_events)
         say(self, fmi3OK, function, component->message);
     *earlyReturn = is_early;
-    *lastSuccessfulTime = component->settings.real[VARIABLE_TIME];
+    *lastSuccessfulTime = component_time(component);
     if (self->host.intermediate_update != NULL)
         update(self, MODE_UPDATE_AT_END, *lastSuccessfulTime, *lastSuccessfulTime);
     return fmi3OK;

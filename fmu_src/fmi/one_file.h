@@ -19,8 +19,20 @@
 
 #include "../component/travel.c"
 
+#include "../component/motion.c"
+
+#include "../component/variables.c"
+
+#include "../component/pose.c"
+
+#include "../component/inputs.c"
+
 #include "../component/outputs.c"
 
-#include "../component/component.c"
+#include "../component/derivatives.c"
 
-#include "../component/serialize.c"
+#include "../component/step.c"
+
+#include "../component/state.c"
+
+#include "../component/component.c"

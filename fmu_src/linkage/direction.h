@@ -10,7 +10,7 @@
 #ifndef DIRECTION_H
 #define DIRECTION_H
 
-#include "linkage.h"
+#include "plane.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,7 +1,6 @@
 #include "linkage.h"
 
 #include "direction.h"
-#include "plane.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -25,6 +25,8 @@
 #ifndef LINKAGE_H
 #define LINKAGE_H
 
+#include "plane.h"
+
 /* An FMU is compiled as one file, in which the functions of its parts are static
  * (fmi/fmi2_fmu.c); compiled one by one, the parts are linked. */
 #ifndef INTERNAL
@@ -32,11 +34,6 @@
 #endif
 
 enum { LINKAGE_MAX_ORDER = 4 };
-
-/* A point or vector of the plane, read as the complex number x + iy. */
-typedef struct {
-    double x, y;
-} Vector;
 
 /* The geometry as a designer gives it; names as in the paper's table 1. */
 typedef struct {

@@ -1,8 +1,11 @@
-/* Vectors of the plane as complex numbers. */
+/* Vectors of the plane as complex numbers x + iy: x forward, y up, as in linkage.h. */
 #ifndef PLANE_H
 #define PLANE_H
 
-#include "linkage.h"
+/* A point or vector of the plane. */
+typedef struct {
+    double x, y;
+} Vector;
 
 static inline Vector plus(Vector a, Vector b) { return (Vector){a.x + b.x, a.y + b.y}; }
 static inline Vector minus(Vector a, Vector b) { return (Vector){a.x - b.x, a.y - b.y}; }

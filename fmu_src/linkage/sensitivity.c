@@ -1,7 +1,6 @@
 #include "sensitivity.h"
 
 #include "direction.h"
-#include "plane.h"
 
 /* ---- power series in a change of phi, cut off after the order wanted ---------------------- */
 

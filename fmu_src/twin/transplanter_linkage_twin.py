@@ -1,7 +1,8 @@
 """The twin as an FMU: linkage.py and motion.py behind the variables of interface.toml.
 
 PythonFMU loads this file inside the host; the files beside it come along in the FMU's resources. To change the
-mechanism, edit linkage.py; to add an output, declare it in interface.toml and give it a line in `_update`.
+mechanism, edit linkage.py; to add an output, declare it in interface.toml: what has no line in `_update` is computed
+by its equation there.
 """
 
 from __future__ import annotations
@@ -132,7 +133,7 @@ class TransplanterLinkageTwin(Fmi2Slave):  # type: ignore[misc]  # PythonFMU has
         velocity = solution.velocity(crank.w)
         acceleration = solution.acceleration(crank.w, crank.a)
         fx, fy = self.force
-        self.values |= {
+        written_out = {
             "tip.x": tip.real,
             "tip.y": tip.imag,
             "tip.vx": velocity.real,
@@ -151,4 +152,23 @@ class TransplanterLinkageTwin(Fmi2Slave):  # type: ignore[misc]  # PythonFMU has
             "crank.tau": -(fx * solution.tip[1].real + fy * solution.tip[1].imag),
             "assembly.margin": solution.margin,
         }
+        rest = [variable for variable in INTERFACE.computed if variable.name not in written_out]
+        self.values |= written_out | self._by_equations(rest, solution)
         self.is_fresh = True
+
+    def _by_equations(self, variables: list[Computed], solution: Solution) -> dict[str, float]:
+        """What is not written out above, by the equations in interface.toml."""
+        pose = {
+            "": (1.0,),
+            "tip.x": tuple(tip.real for tip in solution.tip),
+            "tip.y": tuple(tip.imag for tip in solution.tip),
+            "tip.angle": solution.angle,
+            "assembly.margin": (solution.margin,),
+        }
+        crank, travel = self.crank.end, self.travel
+        motion = {"": 1.0, "crank.w": crank.w, "crank.w^2": crank.w**2, "crank.a": crank.a}
+        motion |= {"machine.s": travel.s, "machine.v": travel.v, "machine.a": travel.a}
+        motion |= dict(zip(("tip.fx", "tip.fy"), self.force, strict=True))
+        return {
+            v.name: sum(p.coefficient * pose[p.pose][p.order] * motion[p.motion] for p in v.equation) for v in variables
+        }

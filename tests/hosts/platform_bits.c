@@ -11,8 +11,11 @@
 #include <stdint.h>
 
 /* Value references, and how many of each kind follow each other. */
-enum { PHI = 2, INPUTS = 6, FIRST_OUTPUT = 8, OUTPUTS = 16, ANGLE_OUTPUTS = 7 };
-enum { FIRST_PARAMETER = 24, PARAMETERS = 18, AT_STEP_END = 42, REFERENCES };
+enum { PHI = 2, INPUTS = 6, FIRST_OUTPUT = 8, OUTPUTS = 16, MACHINE_S = 21 };
+enum { FIRST_PARAMETER = 24, PARAMETERS = 18, AT_STEP_END = 42, SMOOTHING, REFERENCES };
+enum {
+    KNOWNS = INPUTS + 1 + PARAMETERS
+}; /* inputs, machine.s, and in initialization the geometry */
 enum { GEOMETRIES = 40, STEPS = 250, DISCARD = 2 /* in both versions */ };
 
 static void *library;
@@ -74,10 +77,16 @@ static Status get_slopes(void *c, const unsigned of[], size_t count, const int o
     return CALL(GetOutputDerivatives)(c, of, count, orders, values, count);
 }
 
-static Status get_sensitivity(void *c, double values[ANGLE_OUTPUTS]) {
-    const double one = 1.0;
-    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, ANGLE_OUTPUTS,
-                                          references + PHI, 1, &one, 1, values, ANGLE_OUTPUTS);
+static Status get_forward(void *c, const unsigned of[], size_t count, const double seeds[],
+                          double values[OUTPUTS]) {
+    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, OUTPUTS, of, count, seeds,
+                                          count, values, OUTPUTS);
+}
+
+static Status get_adjoint(void *c, const unsigned of[], size_t count, const double seeds[OUTPUTS],
+                          double values[]) {
+    return CALL(GetAdjointDerivative)(c, references + FIRST_OUTPUT, OUTPUTS, of, count, seeds,
+                                      OUTPUTS, values, count);
 }
 
 static Status step(void *c, double time, double h) {
@@ -132,10 +141,17 @@ static Status get_slopes(void *c, const unsigned of[], size_t count, const int o
     return CALL(GetRealOutputDerivatives)(c, of, count, orders, values);
 }
 
-static Status get_sensitivity(void *c, double values[ANGLE_OUTPUTS]) {
-    const double one = 1.0;
-    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, ANGLE_OUTPUTS,
-                                          references + PHI, 1, &one, values);
+static Status get_forward(void *c, const unsigned of[], size_t count, const double seeds[],
+                          double values[OUTPUTS]) {
+    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, OUTPUTS, of, count, seeds,
+                                          values);
+}
+
+/* FMI 2.0 has no adjoint derivatives. */
+static Status get_adjoint(void *c, const unsigned of[], size_t count, const double seeds[OUTPUTS],
+                          double values[]) {
+    (void)c, (void)of, (void)count, (void)seeds, (void)values;
+    return fmi2OK;
 }
 
 static Status step(void *c, double time, double h) { return CALL(DoStep)(c, time, h, fmi2True); }
@@ -169,14 +185,31 @@ static void show_outputs(void *c) {
     show("outputs", status, values, OUTPUTS);
 }
 
-static void show_derivatives(void *c) {
-    static const int orders[] = {1, 1, 2, 2, 1};
-    static const unsigned of[] = {8, 9, 8, 9, 21};
-    double values[5] = {0}, by_angle[ANGLE_OUTPUTS] = {0};
-    Status status = get_slopes(c, of, 5, orders, values);
-    show("derivatives", status, values, 5);
-    status = get_sensitivity(c, by_angle);
-    show("by angle", status, by_angle, ANGLE_OUTPUTS);
+/* Along each known alone, then along all at once; the other way about; by time. */
+static void show_derivatives(void *c, size_t knowns) {
+    static const int orders[2 * OUTPUTS] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                            2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2};
+    static const double one = 1.0;
+    unsigned of[2 * OUTPUTS], by[KNOWNS];
+    double values[2 * OUTPUTS] = {0}, seeds[KNOWNS], gradient[KNOWNS] = {0}, weights[OUTPUTS];
+    for (unsigned i = 0; i < 2 * OUTPUTS; ++i)
+        of[i] = FIRST_OUTPUT + i % OUTPUTS;
+    show("by time", get_slopes(c, of, 2 * OUTPUTS, orders, values), values, 2 * OUTPUTS);
+    for (unsigned i = 0; i < KNOWNS; ++i) {
+        by[i] = i < INPUTS ? PHI + i : i == INPUTS ? MACHINE_S : FIRST_PARAMETER + i - INPUTS - 1;
+        seeds[i] = draw();
+    }
+    for (size_t i = 0; i < knowns; ++i)
+        show("along", get_forward(c, by + i, 1, &one, values), values, OUTPUTS);
+    show("along all", get_forward(c, by, knowns, seeds, values), values, OUTPUTS);
+    for (int k = 0; k < OUTPUTS; ++k) {
+        for (int i = 0; i < OUTPUTS; ++i)
+            weights[i] = i == k;
+        show("gradient", get_adjoint(c, by, knowns, weights, gradient), gradient, (int)knowns);
+    }
+    for (int i = 0; i < OUTPUTS; ++i)
+        weights[i] = draw();
+    show("adjoint", get_adjoint(c, by, knowns, weights, gradient), gradient, (int)knowns);
 }
 
 static void show_state(void *c) {
@@ -211,6 +244,8 @@ static void play(void *c, int geometry) {
         parameters[i] *= 1.0 + geometry * 0.006 * draw();
     show("changed", set(c, FIRST_PARAMETER, PARAMETERS, parameters), parameters, PARAMETERS);
     show("at step end", set_flag(c, AT_STEP_END, geometry % 5 == 4), NULL, 0);
+    const double window = geometry % 7 == 6 ? 10.0 * h : 0.0;
+    show("smoothing", set(c, SMOOTHING, 1, &window), &window, 1);
     for (int i = -1; i < STEPS; ++i) {
         double w = speed * (1.0 + 0.3 * draw()), a = 20.0 * draw();
         const double inputs[INPUTS] = {phi,
@@ -222,6 +257,8 @@ static void play(void *c, int geometry) {
         const double slopes[] = {w, a};
         show("inputs", set(c, PHI, INPUTS, inputs), inputs, INPUTS);
         Status status;
+        if (i < 0)
+            show_derivatives(c, KNOWNS);
         if (given == 3 && i >= 0)
             show("slopes", set_slopes(c, slopes), NULL, 0);
         status = i < 0 ? CALL(ExitInitializationMode)(c) : step(c, i * h, h);
@@ -230,7 +267,7 @@ static void play(void *c, int geometry) {
             return;
         show_outputs(c);
         if (i % 10 == 0)
-            show_derivatives(c);
+            show_derivatives(c, INPUTS + 1);
         if (i % 50 == 0)
             show_state(c);
         phi += i < 0 ? 0.0 : w * h;

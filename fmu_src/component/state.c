@@ -1,10 +1,40 @@
-/* A saved state as bytes: header and payload, each an array of 8-byte words. */
-#include "component.h"
+#include "state.h"
+
+#include "inputs.h"
 #include "message.h"
+#include "variables.h"
 
 #include <string.h>
 
-enum { FORMAT_VERSION = 3 };
+/* ---- saved and restored -------------------------------------------------------------------- */
+
+void component_save(Component *c, ComponentState *state) {
+    state->settings = c->settings;
+    state->motion = *component_present(c);
+    for (size_t i = 0; i < INTERFACE_SETTABLE_COUNT; ++i) {
+        uint32_t reference = interface_settable[i];
+        state->set[i] =
+            reference == VARIABLE_MACHINE_S ? state->motion.travel.end.s : c->value[reference];
+    }
+}
+
+void component_restore(Component *c, const ComponentState *state) {
+    for (size_t i = 0; i < INTERFACE_SETTABLE_COUNT; ++i)
+        c->value[interface_settable[i]] = state->set[i];
+    c->settings = state->settings;
+    *component_present(c) = state->motion;
+    c->shown = component_present(c);
+    c->linkage_is_ready = 0;
+    c->pose.order = -1;
+    c->fresh = EVALUATION_NONE;
+    if (c->settings.follows_inputs)
+        inputs_follow(c);
+}
+
+/* ---- as bytes: header and payload, each an array of 8-byte words ------------------------------
+ */
+
+enum { FORMAT_VERSION = 4 };
 
 typedef struct {
     uint64_t magic, version, interface, payload_size, checksum;
@@ -15,8 +45,11 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
 
 /* Another layout is another FORMAT_VERSION: this array has a negative size when members come or
  * go besides variables, whose number is in the interface's token. */
-typedef char state_has_this_layout
-    [sizeof(ComponentState) == 8 * (INTERFACE_COUNT + 1 + 4 * INTERFACE_INPUT_COUNT + 65) ? 1 : -1];
+typedef char
+    state_has_this_layout[sizeof(ComponentState)
+                                  == 8 * (INTERFACE_SETTABLE_COUNT + 4 * INTERFACE_INPUT_COUNT + 65)
+                              ? 1
+                              : -1];
 
 /* Fowler, Noll and Vo's hash FNV-1a of 64 bits. */
 static uint64_t hash(const uint8_t bytes[], size_t size) {
@@ -46,7 +79,7 @@ static bool is_within(int64_t value, int64_t lowest, int64_t highest) {
 /* The checksum guards against damage; this, against bytes that were never saved by us. */
 static bool is_sound(const ComponentState *state) {
     const ComponentSettings *settings = &state->settings;
-    const ComponentProgress *progress = &state->progress;
+    const Motion *motion = &state->motion;
     bool is_step = settings->mode == MODE_STEP || settings->mode == MODE_STEP_REFUSED;
     bool sound =
         is_within(settings->kind, KIND_CO_SIMULATION, KIND_MODEL_EXCHANGE)
@@ -54,13 +87,13 @@ static bool is_sound(const ComponentState *state) {
         && settings->mode != MODE_UPDATE_AT_END
         && !(is_step && settings->kind == KIND_MODEL_EXCHANGE)
         && !(settings->mode == MODE_CONTINUOUS_TIME && settings->kind == KIND_CO_SIMULATION)
-        && is_within(progress->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
-        && is_within(progress->crank.samples.count, 0, 4)
-        && is_within(progress->crank.fit.count, 0, FIT_MAX_DEGREE + 2) && progress->last_step >= 0.0
-        && component_is_bounded(progress);
-    for (uint32_t i = 1; i <= INTERFACE_COUNT; ++i)
-        if (!interface_variables[i].is_output && interface_access[i] == ACCESS_REAL_BEFORE_START)
-            sound = sound && component_accepts(i, settings->real[i]);
+        && is_within(motion->crank.source, SOURCE_ANGLE, SOURCE_ACCELERATION)
+        && is_within(motion->crank.samples.count, 0, 4)
+        && is_within(motion->crank.fit.count, 0, FIT_MAX_DEGREE + 2) && motion->last_step >= 0.0
+        && motion_is_bounded(motion) && motion_has_bounded_force(motion);
+    for (size_t i = 0; i < INTERFACE_SETTABLE_COUNT; ++i)
+        if (interface_access[interface_settable[i]] == ACCESS_REAL_BEFORE_START)
+            sound = sound && component_accepts(interface_settable[i], state->set[i]);
     /* numbers, all of them: small integers, read as doubles, are as well */
     for (size_t i = 0; i < sizeof *state / sizeof(double); ++i) {
         double word;
