@@ -73,25 +73,28 @@ hosts: $(VENV)/ready-test build   ## run the FMUs in hosts and checkers that oth
 
 # The environment grows with what is asked for. First what runs: locked packages with hashes, each lock file with all
 # that its packages need, but for cmake, which fmpy wants for foreign sources alone; the compiler for this system;
-# then this project in place.
+# then this project in place, anew where pyproject.toml says something else.
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-$(VENV)/ready: requirements-run.lock requirements-compiler.lock pyproject.toml hatch_build.py
+$(VENV)/ready: $(VENV)/packages pyproject.toml hatch_build.py
+	$(INSTALL) --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/packages: requirements-run.lock requirements-compiler.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed; set PYTHON=")'
 	$(PYTHON) -m venv --clear $(VENV)
 	$(INSTALL) --require-hashes --requirement requirements-compiler.lock & \
 	    $(INSTALL) --require-hashes --requirement requirements-run.lock && wait $$!
-	$(INSTALL) --no-build-isolation --editable .
 	$(BIN)/python -m fmu_src.exporter.lean_compiler
 	@touch $@
 
 # What the tests need besides, and the compiler for every platform.
-$(VENV)/ready-test: requirements.lock requirements-compiler.lock $(VENV)/ready
+$(VENV)/ready-test: requirements.lock requirements-compiler.lock $(VENV)/packages | $(VENV)/ready
 	$(INSTALL) --force-reinstall --require-hashes --requirement requirements-compiler.lock
 	$(INSTALL) --require-hashes --requirement requirements.lock
 	@touch $@
 
-$(VENV)/ready-lint: requirements-lint.lock $(VENV)/ready
+$(VENV)/ready-lint: requirements-lint.lock $(VENV)/packages | $(VENV)/ready
 	$(INSTALL) --require-hashes --requirement requirements-lint.lock
 	@touch $@
 
@@ -99,7 +102,7 @@ figure: build   ## draw the documentation's figure of error over step anew
 	$(BIN)/python -m scenarios.speed_vs_error --figure fmu_src/documentation/speed_vs_error.svg
 
 # The packages that `make bench` compares with. Without them it runs all the same and names them as missing.
-$(VENV)/ready-bench: requirements-bench.lock $(VENV)/ready-test
+$(VENV)/ready-bench: requirements-bench.lock $(VENV)/packages | $(VENV)/ready-test
 	$(INSTALL) --require-hashes --only-binary :all: \
 	    --requirement requirements-bench.lock && touch $@ || echo "make bench: other packages could not be installed"
 

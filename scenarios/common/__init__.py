@@ -1,1 +1,1 @@
-"""What the stories share: the driver of the linkage FMU, the command line, tables and figures, what times allow to be said, the operating point."""
+"""What the stories share: driver of the linkage FMU, command line, tables and figures, operating point, timing."""

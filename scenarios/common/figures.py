@@ -60,7 +60,7 @@ def name_ends(
     at = axes.transData.transform([(x, y) for x, y, *_ in ends]) * 72 / figure.dpi
     order = np.argsort(at[:, 1])
     right = at[:, 0].max() + gap
-    for k, height in zip(order, spread(at[order, 1].tolist(), apart)):
+    for k, height in zip(order, spread(at[order, 1].tolist(), apart), strict=True):
         x, y, name, colour = ends[k]
         shift = right - at[k, 0], height - at[k, 1]
         line = {"arrowstyle": "-", "color": colour, "linewidth": 0.6, "alpha": 0.7, "shrinkA": 0, "shrinkB": 2}

@@ -147,7 +147,7 @@ def crossings(closed: np.ndarray) -> list[tuple[int, int]]:
     side_end = _cross((b - a)[:, None], b[None] - a[:, None])
     parted = side_start * side_end < 0  # segment j has its ends on both sides of line i
     i, j = np.nonzero(np.triu(parted & parted.T, 2))
-    return [(int(p), int(q)) for p, q in zip(i, j) if (p, q) != (0, n - 1)]
+    return [(int(p), int(q)) for p, q in zip(i, j, strict=True) if (p, q) != (0, n - 1)]
 
 
 def hull_area(points: np.ndarray) -> float:
@@ -213,8 +213,8 @@ class Shape:
             if self.crossings
             else "uncrossed"
         )
-        plural = "" if self.hollows == 1 else "s"
-        return f"{crossed}, solidity {self.solidity:.2f}, width/length {self.slenderness:.2f}, {self.hollows} hollow{plural}"
+        hollows = f"{self.hollows} hollow{'' if self.hollows == 1 else 's'}"
+        return f"{crossed}, solidity {self.solidity:.2f}, width/length {self.slenderness:.2f}, {hollows}"
 
 
 def shape(closed: np.ndarray) -> Shape:

@@ -45,9 +45,9 @@ def show_table(
     widest = [
         max(len(line) for cell in (*cells, "") for line in cell.split("\n")) for cells in _columns(headings, rows)
     ]
-    natural = [max(width, len(heading)) for width, heading in zip(widest, headings)]
+    natural = [max(width, len(heading)) for width, heading in zip(widest, headings, strict=True)]
     least = []
-    for k, (heading, cells) in enumerate(zip(headings, _columns(headings, rows))):
+    for k, (heading, cells) in enumerate(zip(headings, _columns(headings, rows), strict=True)):
         longest = max(len(word) for text in (heading, *cells, "-") for word in text.split() or [""])
         least.append(max(longest, min(natural[k], TEXT_WIDTH) if is_text[k] else widest[k]))
     if title:
@@ -55,7 +55,7 @@ def show_table(
     for group in _groups(least, console.width):
         widths = _widths([least[k] for k in group], [natural[k] for k in group], console.width)
         table = Table(box=box.ROUNDED if console.is_terminal else box.ASCII, show_lines=lines)
-        for k, width in zip(group, widths):
+        for k, width in zip(group, widths, strict=True):
             table.add_column(Text(headings[k]), justify="left" if is_text[k] else "right", width=width)
         for number, row in enumerate(rows):
             table.add_row(*(Text(row[k]) for k in group), style=styles[number] if styles else None)

@@ -1,1 +1,1 @@
-"""A row of plants: the linkage between a drivetrain, a conveyor and the soil, run by our masters and by engines of others."""
+"""A row of plants: the linkage between drivetrain, conveyor and soil, run by our masters and by engines of others."""

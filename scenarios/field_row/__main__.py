@@ -95,10 +95,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.system,
             options.output,
             options.plants,
-            options.master,
-            options.step,
-            dict(options.settings),
-            not options.no_study,
+            master=options.master,
+            step_ms=options.step,
+            settings=dict(options.settings),
+            with_study=not options.no_study,
         )
     except (SystemFault, FmuError, PartnerError) as error:
         print(error, file=sys.stderr)
@@ -151,6 +151,7 @@ def run(
     system_file: Path,
     output: Path,
     plants: int = PLANTS,
+    *,
     master: str = MASTER,
     step_ms: float = STEP_MS,
     settings: dict[str, Value] | None = None,
@@ -300,7 +301,9 @@ def balance(results: Results) -> list[tuple[str, str, str]]:
     """Energy of the whole row: part, J, share of the tractor's work. Empty where no energies are offered."""
     record = results.record
     labels = ("given by the tractor", "taken by the soil", "heat in the shaft", "stored in shaft and crank")
-    ends = [(label, float(record[name][-1])) for label, name in zip(labels, ENERGIES) if record.offers(name)]
+    ends = [
+        (label, float(record[name][-1])) for label, name in zip(labels, ENERGIES, strict=True) if record.offers(name)
+    ]
     if record.offers(*ENERGIES):
         ends += [
             ("not accounted for: error of the coupling, at the end", float(record.imbalance[-1])),
@@ -377,24 +380,30 @@ def findings(results: Results) -> list[str]:
     times, where = at_10.rest_worst / at_10.own_worst, ""
     if times < FACTOR and ours(results, "drivetrain") and ours(results, "soil"):
         where = (
-            " Its worst are where the soil's force sets in and where it turns about at the lowest point, and with it the "
-            "crank's acceleration: what changes within a step of 10 ms cannot be told at its begin."
+            " Its worst are where the soil's force sets in and where it turns about at the lowest point, and with it "
+            "the crank's acceleration: what changes within a step of 10 ms cannot be told at its begin."
         )
     return [
-        f"Orders, fitted up to 5 ms, of the tip and of the energy: {orders}. What a component gives reaches those that "
-        "step before it a step late, in Gauss-Seidel too.",
+        (
+            f"Orders, fitted up to 5 ms, of the tip and of the energy: {orders}. What a component gives reaches those "
+            "that step before it a step late, in Gauss-Seidel too."
+        ),
         f"The linkage's own error, with {best.title} connected, is at 10 ms {small(at_10.own_worst)} mm where the rest "
         f"of the system is {small(at_10.rest_worst)} mm off: {times:.1f} times (rms: "
         f"{at_10.rest_rms / at_10.own_rms:.1f} times). It is {FACTOR} times below the rest "
         + (f"up to {max(kept):g} ms." if kept else "at none of these steps.")
         + where,
-        f"Where the drivetrain steps first and the linkage gets the angle of the step's end (Gauss-Seidel), its own "
-        f"error at 10 ms is {small(sequential.own_worst)} mm, "
-        f"{sequential.rest_worst / sequential.own_worst:.0f} times below the rest.",
+        (
+            f"Where the drivetrain steps first and the linkage gets the angle of the step's end (Gauss-Seidel), its "
+            f"own error at 10 ms is {small(sequential.own_worst)} mm, "
+            f"{sequential.rest_worst / sequential.own_worst:.0f} times below the rest."
+        ),
         f"A linkage that predicts nothing is {small(held_10.own_worst)} mm off at 10 ms.",
-        f"The truth was stepped at {row_study.TRUTH_MS:g} ms. At twice that step it moves by "
-        f"{small(study.truth_error)} mm, and plain Jacobi steps, taken to the limit, come to within "
-        f"{small(study.truth_other)} mm of it.",
+        (
+            f"The truth was stepped at {row_study.TRUTH_MS:g} ms. At twice that step it moves by "
+            f"{small(study.truth_error)} mm, and plain Jacobi steps, taken to the limit, come to within "
+            f"{small(study.truth_other)} mm of it."
+        ),
         *([f"The controlled master is left out. {study.uncontrolled}"] if study.uncontrolled else []),
     ]
 
@@ -439,8 +448,10 @@ def about(results: Results) -> str:
     planted += [f"at {1e3 * row.spacing:g} mm"] if row.spacing else []
     names = [c.name for c in row.system.components if ours(results, c.name)]
     said = [
-        f"{' '.join(planted)}{', ' if planted else ''}{row.stop:.1f} s of machine time in {len(record.time) - 1} steps "
-        f"{master}, master `{results.master}`, as `{results.system_file.name}` connects the FMUs."
+        (
+            f"{' '.join(planted)}{', ' if planted else ''}{row.stop:.1f} s of machine time in {len(record.time) - 1} "
+            f"steps {master}, master `{results.master}`, as `{results.system_file.name}` connects the FMUs."
+        )
     ]
     if names:
         said.append(
@@ -479,7 +490,7 @@ def write_tables(output: Path, results: Results) -> list[Path]:
     reports.write_csv(
         output / "signals.csv",
         ("time / s", *(f"{name} / {WATCHED[name]}" for name in names)),
-        ([f"{v + 0.0:.9g}" for v in sample] for sample in zip(record.time, *(record[n] for n in names))),
+        ([f"{v + 0.0:.9g}" for v in sample] for sample in zip(record.time, *(record[n] for n in names), strict=True)),
     )
     parts = [
         "# A field row",
@@ -504,8 +515,10 @@ def write_tables(output: Path, results: Results) -> list[Path]:
         parts += ["![Energy](energy.png)", ""]
     if ours(results, "drivetrain") and ours(results, "soil"):
         parts += [
-            "The tractor pulls against the ground wheel, which turns the crank, and against the soil's drag on the nozzle; "
-            "the soil takes −F·v of the tip over ground.",
+            (
+                "The tractor pulls against the ground wheel, which turns the crank, and against the soil's drag on the "
+                "nozzle; the soil takes −F·v of the tip over ground."
+            ),
             "",
         ]
     parts += ["## A turn of the crank", "", "![A turn](turn.png)", ""]
@@ -522,8 +535,10 @@ def write_tables(output: Path, results: Results) -> list[Path]:
             "![Errors](errors.png)",
             "",
             reports.markdown_table(*master_table(study)),
-            "The controlled master does each step once whole and once in halves; all are counted here, and those "
-            "taken back. Its tolerance is a multiple of `step_control` in the system's file.",
+            (
+                "The controlled master does each step once whole and once in halves; all are counted here, and those "
+                "taken back. Its tolerance is a multiple of `step_control` in the system's file."
+            ),
             "",
             "The linkage coupled in several ways, master `jacobi`:",
             "",

@@ -61,8 +61,8 @@ class Unit:
 class Component:
     """An FMU in its place. ``names``: the FMU's own names of variables that are called otherwise here.
 
-    ``units``: of variables, by the names used here, whose unit the FMU does not declare, in the terms of FMI's BaseUnit.
-    ``at_step_end`` is its Boolean parameter for masters that hand over the inputs of a step's end,
+    ``units``: of variables, by the names used here, whose unit the FMU does not declare, in the terms of FMI's
+    BaseUnit. ``at_step_end`` is its Boolean parameter for masters that hand over the inputs of a step's end,
     ``slopes`` are the inputs of which it may be given the first time derivative.
     """
 
@@ -122,7 +122,7 @@ class Component:
         return variable.unit or (variable.declaredType and variable.declaredType.unit) or None
 
     def unit(self, name: str) -> Unit:
-        """A variable's unit; counts and truth values have none to convert. Raises SystemFault where it cannot be told."""
+        """A variable's unit; counts and truth values have none. Raises SystemFault where it cannot be told."""
         variable = self.variable(name)
         if kind(variable) != "Real":
             return Unit()
@@ -169,7 +169,8 @@ class Component:
             wrong = set(unit) - {*EXPONENTS, "factor", "offset"} if isinstance(unit, dict) else {unit}
             if wrong or not all(_finite(v) for v in unit.values()) or not unit.get("factor", 1.0):
                 found.append(
-                    f"{self.name}: units: {name!r} must be given by {', '.join(EXPONENTS)}, factor and offset, as numbers."
+                    f"{self.name}: units: {name!r} must be given by {', '.join(EXPONENTS)}, factor and offset, as "
+                    "numbers."
                 )
         if self.slopes and not interpolates:
             found.append(f"{self.name} takes no slopes of inputs: {self.fmu.name} says canInterpolateInputs = false.")

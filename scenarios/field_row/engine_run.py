@@ -43,7 +43,7 @@ def ecos(archive: Path, step: float, stop: float, variables: Sequence[str]) -> t
             for read in (simulation.get_real, simulation.get_integer, simulation.get_bool):
                 try:
                     read(name)
-                except Exception:  # ecospy has no finer one for a variable of another type
+                except Exception:  # noqa: BLE001 - ecospy has no finer one for a variable of another type
                     continue
                 return read
             raise KeyError(f"Ecos knows no variable {name}")
@@ -137,7 +137,7 @@ def main(arguments: Sequence[str]) -> int:
     engine, archive, step, stop, variables, result = arguments
     try:
         time, values = ENGINES[engine].run(Path(archive), float(step), float(stop), json.loads(variables))
-    except Exception as error:  # the engines raise all kinds
+    except Exception as error:  # noqa: BLE001 - the engines raise all kinds
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return 1
     np.savez(result, time=time, values=values, version=version(ENGINES[engine].package))

@@ -81,7 +81,7 @@ def ours(
     """The watched outputs in SI after each of our Jacobi master's steps that begin at ``times``."""
     samples = []
     with CoSimulation(system, watched) as simulation:
-        for time, step in zip(times.tolist(), steps.tolist()):
+        for time, step in zip(times.tolist(), steps.tolist(), strict=True):
             jacobi(simulation, time, step)
             samples.append(simulation.values())
     done()
@@ -123,6 +123,7 @@ def compare(
     archive: Path,
     watched: Sequence[str],
     base: np.ndarray,
+    *,
     step: float,
     stop: float,
     done: Callable[[], object],
@@ -142,7 +143,7 @@ def compare(
     own_names = [f"{part}.{components[part].get(name, name)}" for part, name in (w.split(".", 1) for w in watched)]
     try:
         its_version, values = theirs(key, archive, own_names, step, stop)
-        for column, unit in zip(values.T, [system.unit(system.port(name)) for name in watched]):
+        for column, unit in zip(values.T, [system.unit(system.port(name)) for name in watched], strict=True):
             column[:] = [unit.to_si(value) for value in column]
     except (RuntimeError, subprocess.TimeoutExpired) as error:
         return Compared(engine, problem=str(error))
@@ -232,7 +233,7 @@ def draw(path: Path, found: Sequence[Compared], watched: Sequence[str], base: np
         shown = "linkage.crank.tau" if "linkage.crank.tau" in watched else watched[0]
         column = watched.index(shown)
         signal.plot(time, base[:, column], color=figures.GREY, linewidth=2.6, label="our Jacobi master")
-        for each, (colour, dashes) in zip(run, looks):
+        for each, (colour, dashes) in zip(run, looks, strict=True):
             signal.plot(time, each.values[:, column], dashes, color=colour, linewidth=1.4, label=each.engine.title)
             worst = each.off.max(axis=1)
             off.plot(
@@ -281,7 +282,10 @@ def scenario(options: argparse.Namespace, console: Console) -> tuple[list[Path],
     with tqdm(total=1 + 2 * len(ENGINES), unit="run", leave=False, disable=None, delay=1.0) as bar:
         archive = ssp.write(row.system, row.stop, options.archive)
         base = ours(row.system, watched, np.arange(count) * step, np.full(count, step), bar.update)
-        found = [compare(key, row.system, archive, watched, base, step, row.stop, bar.update) for key in ENGINES]
+        found = [
+            compare(key, row.system, archive, watched, base, step=step, stop=row.stop, done=bar.update)
+            for key in ENGINES
+        ]
     said = sentences(found, count, len(watched))
     headings, lines = beside(found, watched, base)
     length = f"{row.plants} plants" if row.plants else f"{row.stop:g} s"
@@ -298,14 +302,18 @@ def scenario(options: argparse.Namespace, console: Console) -> tuple[list[Path],
             [
                 "# The field row in other engines",
                 "",
-                f"Written by `python -m scenarios.field_row.engines`. `{archive.name}` holds {length}; every engine runs "
-                f"it unchanged, {count} steps of {options.step:g} ms in which all FMUs step from what all gave "
-                "before (Jacobi).",
+                (
+                    f"Written by `python -m scenarios.field_row.engines`. `{archive.name}` holds {length}; every "
+                    f"engine runs it unchanged, {count} steps of {options.step:g} ms in which all FMUs step from what "
+                    "all gave before (Jacobi)."
+                ),
                 "",
                 *(f"- {sentence}" for sentence in said),
                 "",
-                "None of the engines hands over slopes of inputs, nor steps one FMU after the other: our masters "
-                "`extrapolated`, `gauss-seidel` and `controlled` have no counterpart in them.",
+                (
+                    "None of the engines hands over slopes of inputs, nor steps one FMU after the other: our masters "
+                    "`extrapolated`, `gauss-seidel` and `controlled` have no counterpart in them."
+                ),
                 "",
                 "Difference of a signal, of its range:",
                 "",
@@ -313,8 +321,10 @@ def scenario(options: argparse.Namespace, console: Console) -> tuple[list[Path],
                 reports.markdown_table(headings, lines),
                 "![Torque of the crank and differences](engines.png)",
                 "",
-                "PythonFMU slaves load into a process of Python alone: the engines run here as Python packages. "
-                "`engines.csv`: the worst difference of each signal.",
+                (
+                    "PythonFMU slaves load into a process of Python alone: the engines run here as Python packages. "
+                    "`engines.csv`: the worst difference of each signal."
+                ),
                 "",
             ]
         ),

@@ -171,7 +171,7 @@ def draw_turn(record: Record) -> Figure:
     figure, panels = plt.subplots(
         len(shown), 1, figsize=(9.5, 0.5 + 2.5 * len(shown)), layout="constrained", sharex=True, squeeze=False
     )
-    of_axis = {axis: panel for (axis, _), panel in zip(shown, panels[:, 0])}
+    of_axis = {axis: panel for (axis, _), panel in zip(shown, panels[:, 0], strict=True)}
     heights = of_axis["height above O / mm"]
     line(heights, "linkage.ground.y", BLUE, "nozzle's tip, ground.y", scale=1e3)
     if record.offers("soil.tip.depth"):

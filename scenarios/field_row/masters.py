@@ -91,11 +91,11 @@ class Values:
 
     def read(self, signals: list[float]) -> None:
         self.slave.call("to give outputs", self._get, *self._arguments)
-        for place, value in zip(self.places, self._buffer):
+        for place, value in zip(self.places, self._buffer, strict=True):
             signals[place] = value
 
     def write(self, signals: Sequence[float]) -> None:
-        for i, (place, (factor, offset)) in enumerate(zip(self.places, self.scales)):
+        for i, (place, (factor, offset)) in enumerate(zip(self.places, self.scales, strict=True)):
             value = signals[place]
             self._buffer[i] = value if factor == 1.0 and not offset else value * factor + offset
         self.slave.call("to take inputs", self._set, *self._arguments)
@@ -114,7 +114,7 @@ class Slopes:
         self._arguments = references, count, (c_int32 * count)(*[1] * count), self._values
 
     def write(self, was: Sequence[float], now: Sequence[float], since: float) -> None:
-        for i, (place, factor) in enumerate(zip(self._places, self._factors)):
+        for i, (place, factor) in enumerate(zip(self._places, self._factors, strict=True)):
             self._values[i] = factor * (now[place] - was[place]) / since
         self._slave.call("to take slopes", "fmi2SetRealInputDerivatives", *self._arguments)
 
@@ -265,17 +265,17 @@ class CoSimulation:
     def save(self) -> tuple:
         """The states of all FMUs, to be restored once or more and then freed."""
         states = [c_void_p() for _ in self.slaves]
-        for slave, state in zip(self.slaves, states):
+        for slave, state in zip(self.slaves, states, strict=True):
             slave.call("to save its state", "fmi2GetFMUstate", byref(state))
         return states, list(self.signals), self._sampled
 
     def restore(self, saved: tuple) -> None:
-        for slave, state in zip(self.slaves, saved[0]):
+        for slave, state in zip(self.slaves, saved[0], strict=True):
             slave.call("to restore its state", "fmi2SetFMUstate", state)
         self.signals, self._sampled = list(saved[1]), saved[2]
 
     def free(self, saved: tuple) -> None:
-        for slave, state in zip(self.slaves, saved[0]):
+        for slave, state in zip(self.slaves, saved[0], strict=True):
             slave.call("to free its state", "fmi2FreeFMUstate", byref(state))
 
     def close(self) -> None:
@@ -357,7 +357,8 @@ def controlled_steps(
         master(simulation, time, step / 2)
         master(simulation, time + step / 2, step / 2)
         error = (
-            max(abs(a - b) / t for a, b, t in zip(whole, simulation.signals, simulation.tolerances) if t) / tolerance
+            max(abs(a - b) / t for a, b, t in zip(whole, simulation.signals, simulation.tolerances, strict=True) if t)
+            / tolerance
         )
         accepted = error <= 1 or step <= SMALLEST_STEP
         if not accepted:

@@ -163,8 +163,8 @@ class Row:
 def row_of(system: System, plants: int) -> Row:
     """The system, told to stop at the headland after so many plants (where its drivetrain can be told).
 
-    Where it cannot, it runs for as long as so many plants take at the published operating point. Raises SystemFault with
-    all that keeps the system from running.
+    Where it cannot, it runs for as long as so many plants take at the published operating point. Raises SystemFault
+    with all that keeps the system from running.
     """
     system.check(WATCHED)
     spacing = start_value(system, "drivetrain.plant.spacing")
@@ -184,6 +184,7 @@ def run(
     step: float,
     stop: float,
     done: Callable[[float], object] = lambda seconds: None,
+    *,
     tolerance: float = 1.0,
     watched: Iterable[str] | Mapping[str, str] = WATCHED,
 ) -> Record:

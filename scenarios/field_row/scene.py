@@ -1,6 +1,7 @@
-"""The field row as one run of a parameter study: `python -m scenarios.sweep --scene scenarios.field_row.scene:planted_row`.
+"""The field row as one run of a parameter study.
 
-Every worker process of the study imports this module, so that it imports little.
+`python -m scenarios.sweep --scene scenarios.field_row.scene:planted_row` runs the study. Every worker process of the
+study imports this module, so that it imports little.
 """
 
 from __future__ import annotations

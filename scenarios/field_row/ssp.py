@@ -65,7 +65,7 @@ def _document(root: etree._Element, schema: str) -> bytes:
 
 def structure(system: System, stop: float) -> tuple[bytes, dict[str, bytes]]:
     """SystemStructure.ssd, and the parameter sets by their names in the archive; ``stop`` is in s."""
-    ports = {port: "input" for port in system.connections} | {port: "output" for port in system.connections.values()}
+    ports = dict.fromkeys(system.connections, "input") | dict.fromkeys(system.connections.values(), "output")
     with CoSimulation(system) as connected:  # finds what is wrong, and what units make of the connections
         slaves, conversions = {slave.name: slave for slave in connected.slaves}, connected.conversions
         variables = {p: slaves[p.component].component.variable(p.variable) for p in (*ports, *system.parameters)}

@@ -102,8 +102,10 @@ class System:
         taker, giver = (part.variable(name) for part, name in ends)
         if taker.causality != "input" or giver.causality != "output":
             return [
-                f"{target} = {source}: {taker.name} must be an input and {giver.name} an output; "
-                f"they are {taker.causality} and {giver.causality}."
+                (
+                    f"{target} = {source}: {taker.name} must be an input and {giver.name} an output; "
+                    f"they are {taker.causality} and {giver.causality}."
+                )
             ]
         if kind(taker) != "Real" and kind(taker) != kind(giver):
             return [f"{target} = {source}: a {kind(giver)} cannot be given to a {kind(taker)}."]
@@ -123,11 +125,11 @@ class System:
     # ---- units -----------------------------------------------------------------------------------
 
     def conversion(self, target: Port, source: Port) -> tuple[float, float]:
-        """Factor and offset from the value of an output to that of an input; raises SystemFault where there are none."""
+        """Factor and offset from an output's value to an input's; raises SystemFault where there are none."""
         ends = [self.component(port.component) for port in (source, target)]
-        variables = [end.variable(port.variable) for end, port in zip(ends, (source, target))]
-        names = [end.unit_name(port.variable) for end, port in zip(ends, (source, target))]
-        said = any(port.variable in end.units for end, port in zip(ends, (source, target)))
+        variables = [end.variable(port.variable) for end, port in zip(ends, (source, target), strict=True)]
+        names = [end.unit_name(port.variable) for end, port in zip(ends, (source, target), strict=True)]
+        said = any(port.variable in end.units for end, port in zip(ends, (source, target), strict=True))
         if any(kind(v) != "Real" for v in variables) or (names == [None, None] and not said):
             return 1.0, 0.0  # a count, or a number that neither FMU gives a unit
         theirs, ours = self.unit(source), self.unit(target)
@@ -155,7 +157,7 @@ class System:
 
 
 def load_system(path: Path = ROW) -> System:
-    """The system of a file; raises SystemFault, with the file's name and all its faults, where it does not describe one."""
+    """The system of a file; raises SystemFault, with the file's name and all faults, where it describes none."""
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

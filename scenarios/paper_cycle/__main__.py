@@ -117,7 +117,15 @@ def run(fmu_path: Path, output: Path, step_deg: float = STEP_DEG) -> tuple[Resul
             results = published.compare(fmu, nominal, plants, runs, shapes, rounding)
             nozzle_mm = fmu.nominal["geometry.L9"] * 1e3
             written = figures.draw_all(
-                output, runs, nominal, plants, nozzle_mm, results.surface_mm, results.common, results.shapes, bar.update
+                output,
+                runs,
+                nominal,
+                plants,
+                nozzle_mm=nozzle_mm,
+                surface_mm=results.surface_mm,
+                common=results.common,
+                shapes=results.shapes,
+                done=bar.update,
             )
         written += write_reports(output, nominal, runs, results)
     return results, sorted(written)
@@ -131,26 +139,33 @@ def write_reports(output: Path, nominal: Turns, runs: Sequence[FamilyRun], resul
             [
                 "# The published planting cycle",
                 "",
-                "The paper's figures and sentences beside what the FMU gives: "
-                "Chen Jianneng et al., Kinematics Modeling and Parameters Analysis of Seven-linkage Vegetable Seedling "
-                "Transplanting Mechanism, 2010, DOI 10.3969/j.issn.1000-1298.2010.12.010. "
-                "Axes: x forward, y up, origin O. Speeds and accelerations are relative to the machine.",
+                (
+                    "The paper's figures and sentences beside what the FMU gives: "
+                    "Chen Jianneng et al., Kinematics Modeling and Parameters Analysis of Seven-linkage Vegetable "
+                    "Seedling Transplanting Mechanism, 2010, DOI 10.3969/j.issn.1000-1298.2010.12.010. "
+                    "Axes: x forward, y up, origin O. Speeds and accelerations are relative to the machine."
+                ),
                 "",
                 f"{comparison.count(results.rows).capitalize()}.",
                 "",
                 reports.markdown_table(comparison.HEADINGS, map(comparison.cells, results.rows)),
                 "## The curves of figures 3 to 6",
                 "",
-                f"Hole sizes in mm: at a ridge surface fixed {-results.surface_mm:.1f} mm below O, and at one as far above "
-                "each curve's own lowest point as the published set's. A negative size: the path has crossed itself "
-                "below the surface.",
+                (
+                    f"Hole sizes in mm: at a ridge surface fixed {-results.surface_mm:.1f} mm below O, and at one as "
+                    "far above each curve's own lowest point as the published set's. A negative size: the path has "
+                    "crossed itself below the surface."
+                ),
                 "",
                 reports.markdown_table(headings, rows),
                 "## Files",
                 "",
-                f"`cycle.csv` holds the published turn every {nominal.phi_deg[1]:g} degrees: time, crank.phi and the FMU's outputs, "
-                "in SI units. `table.csv` is the first table, `families.csv` the second. `figure_3.png` to `figure_8.png` are the "
-                "paper's figures, `figure_4_shapes.png` shows the curves of figure 4a one by one.",
+                (
+                    f"`cycle.csv` holds the published turn every {nominal.phi_deg[1]:g} degrees: time, crank.phi and "
+                    "the FMU's outputs, in SI units. `table.csv` is the first table, `families.csv` the second. "
+                    "`figure_3.png` to `figure_8.png` are the paper's figures, `figure_4_shapes.png` shows the curves "
+                    "of figure 4a one by one."
+                ),
                 "",
             ]
         ),
@@ -163,7 +178,7 @@ def write_reports(output: Path, nominal: Turns, runs: Sequence[FamilyRun], resul
     reports.write_csv(
         output / "cycle.csv",
         ("time", "crank.phi", *nominal.values),
-        ([f"{value + 0.0:.12g}" for value in sample] for sample in zip(*columns)),
+        ([f"{value + 0.0:.12g}" for value in sample] for sample in zip(*columns, strict=True)),
     )
     return [output / name for name in ("table.md", "table.csv", "families.csv", "cycle.csv")]
 

@@ -37,7 +37,7 @@ def count(rows: Iterable[Row]) -> str:
 def show(console: Console, rows: Sequence[Row]) -> None:
     """Print the comparison: first what differs, then what is open, each with its reason; then what agrees."""
     for verdict, title, headings in SHOWN:
-        found = [dict(zip(HEADINGS, cells(row))) for row in rows if row.verdict == verdict]
+        found = [dict(zip(HEADINGS, cells(row), strict=True)) for row in rows if row.verdict == verdict]
         if found:
             texts = [[row[heading] for heading in headings] for row in found]
             has_reasons = "reason" in headings

@@ -47,6 +47,7 @@ def draw_all(
     families: Sequence[FamilyRun],
     nominal: Turns,
     plants: Turns,
+    *,
     nozzle_mm: float,
     surface_mm: float,
     common: tuple[CommonPoint, CommonPoint],
@@ -84,6 +85,7 @@ def _panels(
     curves: Sequence[Sequence[np.ndarray]],
     margin_mm: float,
     width: float,
+    *,
     legend: float = 0.0,
     gap: float = 0.85,
     top: float = 0.62,
@@ -130,10 +132,10 @@ def draw_family(
     dynamic = [turns.dynamic_mm for _, turns in run.reached]
     refused = [f"{member.value:g}{unit}" for member in run.members if member.turns is None]
     room = 2.1 if shapes else 1.5  # inches, for the names at the curves' ends
-    figure, (left, right) = _panels((static, dynamic), 20, 10.4, 0.22 if refused else 0.0, right=room)
+    figure, (left, right) = _panels((static, dynamic), 20, 10.4, legend=0.22 if refused else 0.0, right=room)
     colours = iter(FAMILY_COLOURS)
     ends = []
-    for (value, _), s, d in zip(run.reached, static, dynamic):
+    for (value, _), s, d in zip(run.reached, static, dynamic, strict=True):
         nominal = value == run.nominal_value
         colour, width = (BLACK, 2.2) if nominal else (next(colours), 1.5)
         name = f"{symbol} = {value:g}{unit}" + (", published" if nominal else "")
@@ -166,7 +168,7 @@ def draw_shapes(run: FamilyRun, shapes: dict[float, Shape]) -> Figure:
     figure, panels = _panels(
         [[turns.static_mm] for _, turns in run.reached], margin_mm=12, width=10.0, gap=0.2, top=0.85
     )
-    for axes, (value, turns) in zip(panels, run.reached):
+    for axes, (value, turns) in zip(panels, run.reached, strict=True):
         curve = turns.static_mm
         axes.plot(curve.real, curve.imag, color=BLUE, linewidth=1.8)
         name = shapes[value].name or "(between shapes)"
@@ -191,7 +193,7 @@ def draw_trajectories(nominal: Turns, plants: Turns, nozzle_mm: float, surface_m
     colours = (BLACK, BLUE, SKY, GREEN, VERMILLION, "#B27A00")
     for axes, curve, tip in ((left, static, tips[0]), (right, dynamic, tips[1])):
         axes.plot(curve.real, curve.imag, color=GREY, linewidth=1.8)
-        for name, j, r, colour in zip(BORDERS, tip, root, colours):
+        for name, j, r, colour in zip(BORDERS, tip, root, colours, strict=True):
             i = j + r
             axes.plot([i.real, j.real], [i.imag, j.imag], color=colour, linewidth=1.8, solid_capstyle="round")
             axes.plot(j.real, j.imag, "o", color=colour, markersize=4.2)
@@ -233,7 +235,7 @@ def draw_rates(nominal: Turns) -> Figure:
         ("acceleration / (m/s²)", "a", "tip.ax", "tip.ay", nominal.acceleration),
     )
     edges = [*BORDERS.values(), 360.0]
-    for panel, (title, letter, x, y, magnitude) in zip(axes, panels):
+    for panel, (title, letter, x, y, magnitude) in zip(axes, panels, strict=True):
         for k in range(0, len(edges) - 1, 2):
             panel.axvspan(edges[k], edges[k + 1], color="#F1F1F1", zorder=0, linewidth=0)
         for border in BORDERS.values():

@@ -31,6 +31,7 @@ ABOUT_DEG = 5.0  # "about" an angle
 VERTICAL_DEG = 10.0  # "almost vertical": lean of the best straight line
 UNCHANGED = 0.10  # "basically unchanged": spread over the nominal value
 COMMON_MM = 1.0  # "through the same points"
+GRAVITY = 9.80665  # m/s2, standard
 SMALL_SPEED = 1 / 3  # "small": share of the greatest speed
 ROUNDING = 0.5e-3  # m: lengths are printed in whole millimetres
 
@@ -68,6 +69,7 @@ class _Table:
     def add(
         self,
         key: str,
+        *,
         source: str,
         published: str,
         computed: str,
@@ -148,111 +150,117 @@ def _nominal_set(table: _Table, fmu: LinkageFmu, turn: Turns, plants: Turns, rou
 
     table.add(
         "plants_per_minute",
-        "4, 5",
-        f"N = {PLANTS_PER_MINUTE:.0f} plants/min, one a turn",
-        f"{fmu.turns_per_minute:.3f} turns/min",
-        abs(fmu.turns_per_minute - PLANTS_PER_MINUTE) < 1e-3,
-        "the FMU's default experiment is one turn",
-        fmu.turns_per_minute,
-        "1/min",
+        source="4, 5",
+        published=f"N = {PLANTS_PER_MINUTE:.0f} plants/min, one a turn",
+        computed=f"{fmu.turns_per_minute:.3f} turns/min",
+        holds=abs(fmu.turns_per_minute - PLANTS_PER_MINUTE) < 1e-3,
+        reason="the FMU's default experiment is one turn",
+        value=fmu.turns_per_minute,
+        unit="1/min",
     )
     per_turn = round(360 / (plants.phi_deg[1] - plants.phi_deg[0]))
     turns = [plants.dynamic_mm[k : k + per_turn] for k in range(0, len(plants.time) - 1, per_turn)]
     spacings = np.diff([z[np.argmin(z.imag)].real for z in turns])
     table.add(
         "spacing",
-        "4, 5",
-        f"S = {SPACING * 1e3:.0f} mm",
-        f"{spacings.mean():.3f} mm from hole to hole",
-        bool(np.all(np.abs(spacings - SPACING * 1e3) < 1e-3)),
-        f"machine.v = {fmu.spacing / fmu.turn_time:.5f} m/s",
-        float(spacings.mean()),
-        "mm",
+        source="4, 5",
+        published=f"S = {SPACING * 1e3:.0f} mm",
+        computed=f"{spacings.mean():.3f} mm from hole to hole",
+        holds=bool(np.all(np.abs(spacings - SPACING * 1e3) < 1e-3)),
+        reason=f"machine.v = {fmu.spacing / fmu.turn_time:.5f} m/s",
+        value=float(spacings.mean()),
+        unit="mm",
     )
     closing = abs(static[-1] - static[0])
     table.add(
         "closing",
-        "fig. 7a",
-        "the static trajectory is a closed curve",
-        f"ends within {max(closing, 1e-9):.1g} mm of its start after one turn",
-        closing < 1e-6,
-        f"least assembly.margin {turn['assembly.margin'].min():.3f}",
-        float(closing),
-        "mm",
+        source="fig. 7a",
+        published="the static trajectory is a closed curve",
+        computed=f"ends within {max(closing, 1e-9):.1g} mm of its start after one turn",
+        holds=closing < 1e-6,
+        reason=f"least assembly.margin {turn['assembly.margin'].min():.3f}",
+        value=float(closing),
+        unit="mm",
     )
     table.add(
         "top_angle",
-        "1, fig. 1",
-        "nozzle highest in the initial position, 0 deg",
-        f"tip highest at {top.phi_deg:.2f} deg",
-        abs(measures.angle_between(top.phi_deg, 0)) <= ABOUT_DEG,
-        f"tip.y = {top.value:.2f} mm",
-        top.phi_deg,
-        "deg",
+        source="1, fig. 1",
+        published="nozzle highest in the initial position, 0 deg",
+        computed=f"tip highest at {top.phi_deg:.2f} deg",
+        holds=abs(measures.angle_between(top.phi_deg, 0)) <= ABOUT_DEG,
+        reason=f"tip.y = {top.value:.2f} mm",
+        value=top.phi_deg,
+        unit="deg",
     )
     since_top = (bottom.phi_deg - top.phi_deg) % 360
     table.add(
         "bottom_angle",
-        "1",
-        "nozzle lowest about 180 deg later",
-        f"tip lowest at {bottom.phi_deg:.2f} deg, {since_top:.2f} deg after highest",
-        abs(since_top - 180) <= ABOUT_DEG and abs(bottom.phi_deg - 180) <= ABOUT_DEG,
-        f"tip.y = {bottom.value:.2f} mm",
-        bottom.phi_deg,
-        "deg",
+        source="1",
+        published="nozzle lowest about 180 deg later",
+        computed=f"tip lowest at {bottom.phi_deg:.2f} deg, {since_top:.2f} deg after highest",
+        holds=abs(since_top - 180) <= ABOUT_DEG and abs(bottom.phi_deg - 180) <= ABOUT_DEG,
+        reason=f"tip.y = {bottom.value:.2f} mm",
+        value=bottom.phi_deg,
+        unit="deg",
     )
     tall = top.value - bottom.value
     table.add(
         "height",
-        "5, fig. 7a",
-        f"height of the static trajectory {HEIGHT_MM} mm",
-        f"{tall:.2f} mm",
-        abs(tall - HEIGHT_MM) <= rounding[0],
-        f"{tall - HEIGHT_MM:+.2f} mm; rounding one printed length ({rounding[1]}) by 0.5 mm "
+        source="5, fig. 7a",
+        published=f"height of the static trajectory {HEIGHT_MM} mm",
+        computed=f"{tall:.2f} mm",
+        holds=abs(tall - HEIGHT_MM) <= rounding[0],
+        reason=f"{tall - HEIGHT_MM:+.2f} mm; rounding one printed length ({rounding[1]}) by 0.5 mm "
         f"moves it by up to {rounding[0]:.1f} mm",
-        tall,
-        "mm",
+        value=tall,
+        unit="mm",
     )
     table.add(
         "tray_height",
-        "5",
-        "trajectory height set by the seedling tray, usually about 800 mm",
-        f"{tall:.1f} mm",
-        None,
-        "the paper says neither from where the tray's height counts nor how high the machine stands",
+        source="5",
+        published="trajectory height set by the seedling tray, usually about 800 mm",
+        computed=f"{tall:.1f} mm",
+        holds=None,
+        reason="the paper says neither from where the tray's height counts nor how high the machine stands",
     )
 
     depth = hole_depth(dynamic)
     if depth is None:
-        table.add("hole_surface", "5, fig. 7b", f"hole {HOLE_MM} mm", "no surface gives it", False)
+        table.add(
+            "hole_surface",
+            source="5, fig. 7b",
+            published=f"hole {HOLE_MM} mm",
+            computed="no surface gives it",
+            holds=False,
+        )
         depth = 0.3 * tall
     else:
         table.add(
             "hole_surface",
-            "5, fig. 7b",
-            f"hole {HOLE_MM} mm",
-            f"{HOLE_MM} mm at a ridge surface {depth:.1f} mm above the lowest point",
-            None,
-            f"the paper does not give its surface; this one lies {-(bottom.value + depth):.1f} mm below O "
+            source="5, fig. 7b",
+            published=f"hole {HOLE_MM} mm",
+            computed=f"{HOLE_MM} mm at a ridge surface {depth:.1f} mm above the lowest point",
+            holds=None,
+            reason=f"the paper does not give its surface; this one lies {-(bottom.value + depth):.1f} mm below O "
             "and is used in all that follows",
-            depth,
-            "mm",
+            value=depth,
+            unit="mm",
         )
     surface = bottom.value + depth
     heights = (25, 50, 75, 100, 125, 150)
     sizes = [_hole_size(dynamic, bottom.value + h) for h in heights]
     table.add(
         "hole_heights",
-        "4.1, fig. 7b",
-        "hole: distance of the surface's two intersections with the dynamic trajectory",
-        ", ".join(f"{size:.1f}" for size in sizes)
+        source="4.1, fig. 7b",
+        published="hole: distance of the surface's two intersections with the dynamic trajectory",
+        computed=", ".join(f"{size:.1f}" for size in sizes)
         + " mm at "
         + ", ".join(map(str, heights))
         + " mm above the lowest point",
-        None,
-        "the size follows the surface: no number without it",
-        sizes[3],
-        "mm",
+        holds=None,
+        reason="the size follows the surface: no number without it",
+        value=sizes[3],
+        unit="mm",
     )
 
     dug = measures.hole(dynamic, surface)
@@ -265,28 +273,28 @@ def _nominal_set(table: _Table, fmu: LinkageFmu, turn: Turns, plants: Turns, rou
         upper = measures.wall(upper[upper.imag > surface - 0.75 * depth])
         table.add(
             "right_wall",
-            "5, fig. 7b",
-            "right boundary of the hole almost vertical to the ridge surface",
-            f"leans {right.lean_deg:+.1f} deg from vertical, upper three quarters {upper.lean_deg:+.1f} deg; "
+            source="5, fig. 7b",
+            published="right boundary of the hole almost vertical to the ridge surface",
+            computed=f"leans {right.lean_deg:+.1f} deg from vertical, upper three quarters {upper.lean_deg:+.1f} deg; "
             f"left boundary {left.lean_deg:+.1f} deg",
-            abs(right.lean_deg) <= VERTICAL_DEG,
-            f"best straight lines; + leans forward; limit {VERTICAL_DEG:.0f} deg",
-            right.lean_deg,
-            "deg",
+            holds=abs(right.lean_deg) <= VERTICAL_DEG,
+            reason=f"best straight lines; + leans forward; limit {VERTICAL_DEG:.0f} deg",
+            value=right.lean_deg,
+            unit="deg",
         )
     angle = np.degrees(turn["tip.angle"])
     within = dynamic.imag < surface
     table.add(
         "posture",
-        "5, fig. 7",
-        "posture of the nozzle suits planting",
-        f"axis {angle[lowest_sample] + 90:+.1f} deg from straight down at the lowest point, "
+        source="5, fig. 7",
+        published="posture of the nozzle suits planting",
+        computed=f"axis {angle[lowest_sample] + 90:+.1f} deg from straight down at the lowest point, "
         f"{angle[within].min() + 90:+.1f} to {angle[within].max() + 90:+.1f} deg in the soil, "
         f"{angle.min() + 90:+.1f} to {angle.max() + 90:+.1f} deg in the turn",
-        None,
-        "no angle published; + points the tip forward",
-        float(angle[lowest_sample]),
-        "deg",
+        holds=None,
+        reason="no angle published; + points the tip forward",
+        value=float(angle[lowest_sample]),
+        unit="deg",
     )
     return surface
 
@@ -315,118 +323,119 @@ def _phases(table: _Table, turn: Turns) -> None:
         unit = "m/s2" if ".a" in signal else "m/s"
         table.add(
             f"border_{name}",
-            "5, fig. 8",
-            f"phase border {name} at {BORDERS[name]:.0f} deg",
-            f"{kind} of {signal} at {near.phi_deg:.1f} deg ({near.value:.2f} {unit})",
-            abs(off) <= ABOUT_DEG,
-            f"{off:+.1f} deg; the paper does not say what sets the border: the extreme that lies near",
-            near.phi_deg,
-            "deg",
+            source="5, fig. 8",
+            published=f"phase border {name} at {BORDERS[name]:.0f} deg",
+            computed=f"{kind} of {signal} at {near.phi_deg:.1f} deg ({near.value:.2f} {unit})",
+            holds=abs(off) <= ABOUT_DEG,
+            reason=f"{off:+.1f} deg; the paper does not say what sets the border: the extreme that lies near",
+            value=near.phi_deg,
+            unit="deg",
         )
 
-    calm = speed[part("I")].max()
+    calm, mean = speed[part("I")].max(), speed[part("I")].mean()
     table.add(
         "phase_I",
-        "5, fig. 8",
-        "I to II (0-62 deg): speed small, so that the seedling is caught",
-        f"at most {calm:.2f} m/s, {calm / fastest.value:.0%} of the greatest; mean {speed[part('I')].mean():.2f} m/s",
-        calm <= SMALL_SPEED * fastest.value,
-        "small: up to a third of the greatest",
-        float(calm),
-        "m/s",
+        source="5, fig. 8",
+        published="I to II (0-62 deg): speed small, so that the seedling is caught",
+        computed=f"at most {calm:.2f} m/s, {calm / fastest.value:.0%} of the greatest; mean {mean:.2f} m/s",
+        holds=calm <= SMALL_SPEED * fastest.value,
+        reason="small: up to a third of the greatest",
+        value=float(calm),
+        unit="m/s",
     )
     window = part("II")
     table.add(
         "phase_II",
-        "5, fig. 8",
-        "II to III (62-127 deg): descends, accelerated",
-        f"tip.vy < 0 throughout, speed {ends('II', speed)} m/s"
+        source="5, fig. 8",
+        published="II to III (62-127 deg): descends, accelerated",
+        computed=f"tip.vy < 0 throughout, speed {ends('II', speed)} m/s"
         if np.all(vy[window] < 0)
         else "does not descend throughout",
-        bool(np.all(vy[window] < 0) and np.all(np.diff(speed[window]) > 0)),
+        holds=bool(np.all(vy[window] < 0) and np.all(np.diff(speed[window]) > 0)),
     )
     window = part("III")
     table.add(
         "phase_III",
-        "5, fig. 8",
-        "III to IV (127-143 deg): descends, decelerated",
-        f"descends; speed {ends('III', speed)} m/s, still rising until {fastest.phi_deg:.1f} deg",
-        bool(np.all(vy[window] < 0) and speed[window][-1] < speed[window][0]),
-        f"what falls is the acceleration: {ends('III', turn.acceleration)} m/s2",
+        source="5, fig. 8",
+        published="III to IV (127-143 deg): descends, decelerated",
+        computed=f"descends; speed {ends('III', speed)} m/s, still rising until {fastest.phi_deg:.1f} deg",
+        holds=bool(np.all(vy[window] < 0) and speed[window][-1] < speed[window][0]),
+        reason=f"what falls is the acceleration: {ends('III', turn.acceleration)} m/s2",
     )
     window = part("IV")
     table.add(
         "phase_IV",
-        "5, fig. 8",
-        "IV to V (143-163 deg): descends, accelerated",
-        f"descends; speed {ends('IV', speed)} m/s, falling",
-        bool(np.all(vy[window] < 0) and speed[window][-1] > speed[window][0]),
-        f"what rises is the acceleration: {ends('IV', turn.acceleration)} m/s2",
+        source="5, fig. 8",
+        published="IV to V (143-163 deg): descends, accelerated",
+        computed=f"descends; speed {ends('IV', speed)} m/s, falling",
+        holds=bool(np.all(vy[window] < 0) and speed[window][-1] > speed[window][0]),
+        reason=f"what rises is the acceleration: {ends('IV', turn.acceleration)} m/s2",
     )
     off = min(abs(measures.angle_between(fastest.phi_deg, BORDERS[name])) for name in ("IV", "V"))
     inside = BORDERS["IV"] <= fastest.phi_deg <= BORDERS["V"]
     table.add(
         "fastest",
-        "5, fig. 8",
-        "IV to V: speed reaches its greatest value",
-        f"{fastest.value:.3f} m/s at {fastest.phi_deg:.1f} deg",
-        inside or off <= ABOUT_DEG,
-        "within the phase" if inside else f"{off:.1f} deg outside the phase, whose borders are approximate",
-        fastest.phi_deg,
-        "deg",
+        source="5, fig. 8",
+        published="IV to V: speed reaches its greatest value",
+        computed=f"{fastest.value:.3f} m/s at {fastest.phi_deg:.1f} deg",
+        holds=inside or off <= ABOUT_DEG,
+        reason="within the phase" if inside else f"{off:.1f} deg outside the phase, whose borders are approximate",
+        value=fastest.phi_deg,
+        unit="deg",
     )
     late = bottom.phi_deg - BORDERS["V"]
     table.add(
         "lowest_in_IV",
-        "5, fig. 8",
-        "IV to V: tip reaches the lowest point of the cycle",
-        f"lowest at {bottom.phi_deg:.1f} deg, {late:.1f} deg after the phase's end",
-        BORDERS["IV"] - ABOUT_DEG <= bottom.phi_deg <= BORDERS["V"] + ABOUT_DEG,
-        "nor would it fit the paper's own 'about 180 deg' (section 1)",
-        bottom.phi_deg,
-        "deg",
+        source="5, fig. 8",
+        published="IV to V: tip reaches the lowest point of the cycle",
+        computed=f"lowest at {bottom.phi_deg:.1f} deg, {late:.1f} deg after the phase's end",
+        holds=BORDERS["IV"] - ABOUT_DEG <= bottom.phi_deg <= BORDERS["V"] + ABOUT_DEG,
+        reason="nor would it fit the paper's own 'about 180 deg' (section 1)",
+        value=bottom.phi_deg,
+        unit="deg",
     )
     window = part("V")
     table.add(
         "phase_V_rises",
-        "5, fig. 8",
-        "V to VI (163-194 deg): rises",
-        f"descends until {bottom.phi_deg:.1f} deg, rises only then; "
+        source="5, fig. 8",
+        published="V to VI (163-194 deg): rises",
+        computed=f"descends until {bottom.phi_deg:.1f} deg, rises only then; "
         f"tip.y changes by {(turn['tip.y'][window][-1] - turn['tip.y'][window][0]) * 1e3:+.1f} mm from V to VI",
-        bool(np.all(vy[window] > 0)),
+        holds=bool(np.all(vy[window] > 0)),
     )
     slowest_at = float(phi[window][np.argmin(speed[window])])
     table.add(
         "phase_V_slows",
-        "5, fig. 8",
-        "V to VI: speed falls quickly",
-        f"{speed[window][0]:.2f} m/s at V, {speed[window].min():.2f} at {slowest_at:.1f} deg, "
+        source="5, fig. 8",
+        published="V to VI: speed falls quickly",
+        computed=f"{speed[window][0]:.2f} m/s at V, {speed[window].min():.2f} at {slowest_at:.1f} deg, "
         f"{speed[window][-1]:.2f} at VI",
-        bool(np.all(np.diff(speed[window]) < 0)),
-        "falls in the first part only, then rises again",
-        slowest_at,
-        "deg",
+        holds=bool(np.all(np.diff(speed[window]) < 0)),
+        reason="falls in the first part only, then rises again",
+        value=slowest_at,
+        unit="deg",
     )
     brake = measures.highest(phi, turn["tip.ay"])
+    weights = brake.value / GRAVITY
     table.add(
         "thrown_out",
-        "5",
-        "V to VI: slowed down, the nozzle lets the seedling fly out by inertia",
-        f"descent braked by up to {brake.value:.1f} m/s2 ({brake.value / 9.80665:.1f} g) at {brake.phi_deg:.1f} deg",
-        None,
-        "a sentence on the seedling, which neither the paper nor the FMU models",
-        brake.value,
-        "m/s2",
+        source="5",
+        published="V to VI: slowed down, the nozzle lets the seedling fly out by inertia",
+        computed=f"descent braked by up to {brake.value:.1f} m/s2 ({weights:.1f} g) at {brake.phi_deg:.1f} deg",
+        holds=None,
+        reason="a sentence on the seedling, which neither the paper nor the FMU models",
+        value=brake.value,
+        unit="m/s2",
     )
     window = part("VI")
     top = measures.highest(phi, turn["tip.y"])
     until_top = phi[window] < top.phi_deg - 0.5
     table.add(
         "phase_VI",
-        "5, fig. 8",
-        "from VI: rises and completes the cycle",
-        f"rises from VI until {top.phi_deg:.1f} deg",
-        bool(np.all(vy[window][until_top] > 0) and abs(measures.angle_between(top.phi_deg, 0)) <= ABOUT_DEG),
+        source="5, fig. 8",
+        published="from VI: rises and completes the cycle",
+        computed=f"rises from VI until {top.phi_deg:.1f} deg",
+        holds=bool(np.all(vy[window][until_top] > 0) and abs(measures.angle_between(top.phi_deg, 0)) <= ABOUT_DEG),
     )
 
 
@@ -437,35 +446,36 @@ def _crank_oa(table: _Table, run: FamilyRun, surface: float) -> tuple[CommonPoin
     heights, widths = run.each(height), run.each(width)
     table.add(
         "L1_height",
-        "4.1, fig. 3",
-        "L1 up: the curve's outline grows, above all its height",
-        f"{_over(run)}: height {_span(heights)}, width {_span(widths)} mm",
-        _rises(heights) and _rises(widths) and heights[-1] / heights[0] > widths[-1] / widths[0],
-        "",
-        heights[-1] - heights[0],
-        "mm",
+        source="4.1, fig. 3",
+        published="L1 up: the curve's outline grows, above all its height",
+        computed=f"{_over(run)}: height {_span(heights)}, width {_span(widths)} mm",
+        holds=_rises(heights) and _rises(widths) and heights[-1] / heights[0] > widths[-1] / widths[0],
+        reason="",
+        value=heights[-1] - heights[0],
+        unit="mm",
     )
     curves = [turns.static_mm[:-1] for _, turns in run.reached]
     start = run.nominal.static_mm[:-1]
     points = measures.common_points(curves, start[:: max(1, len(start) // 360)], apart_mm=width(run.nominal) / 2)
     table.add(
         "L1_common",
-        "4.1, fig. 3",
-        "L1 up: all curves pass through the same two points",
-        " and ".join(f"within {p.distance:.2f} mm of ({p.point.real:.1f}, {p.point.imag:.1f})" for p in points) + " mm",
-        all(p.distance <= COMMON_MM for p in points),
-        f"points (tip.x, tip.y); limit {COMMON_MM:.0f} mm",
-        max(p.distance for p in points),
-        "mm",
+        source="4.1, fig. 3",
+        published="L1 up: all curves pass through the same two points",
+        computed=" and ".join(f"within {p.distance:.2f} mm of ({p.point.real:.1f}, {p.point.imag:.1f})" for p in points)
+        + " mm",
+        holds=all(p.distance <= COMMON_MM for p in points),
+        reason=f"points (tip.x, tip.y); limit {COMMON_MM:.0f} mm",
+        value=max(p.distance for p in points),
+        unit="mm",
     )
     level = 0.5 * (points[0].point.imag + points[1].point.imag)
     middles = [measures.width_at(curve, level) for curve in curves]
     table.add(
         "L1_middle",
-        "4.1, fig. 3",
-        "L1 up: shape in the middle basically unchanged",
-        f"width between the two points {_span(middles)} mm",
-        _unchanged(middles, measures.width_at(start, level)),
+        source="4.1, fig. 3",
+        published="L1 up: shape in the middle basically unchanged",
+        computed=f"width between the two points {_span(middles)} mm",
+        holds=_unchanged(middles, measures.width_at(start, level)),
     )
     _holes(table, run, surface, "L1", "4.1, fig. 3", "unchanged")
     return points
@@ -475,13 +485,13 @@ def _phase_difference(table: _Table, run: FamilyRun, scan: dict[float, Shape]) -
     heights = run.each(height)
     table.add(
         "theta41_size",
-        "4.2, fig. 4",
-        "theta41 up: shape and size change very much",
-        f"{_over(run)}: height {min(heights):.0f} to {max(heights):.0f} mm",
-        not _unchanged(heights, height(run.nominal)),
-        "all of them make a whole turn" if len(scan) * SCAN_STEP_DEG == 360 else "",
-        max(heights) - min(heights),
-        "mm",
+        source="4.2, fig. 4",
+        published="theta41 up: shape and size change very much",
+        computed=f"{_over(run)}: height {min(heights):.0f} to {max(heights):.0f} mm",
+        holds=not _unchanged(heights, height(run.nominal)),
+        reason="all of them make a whole turn" if len(scan) * SCAN_STEP_DEG == 360 else "",
+        value=max(heights) - min(heights),
+        unit="mm",
     )
     shapes = {value: measures.shape(turns.static_mm[:-1]) for value, turns in run.reached}
     for value, name in SHAPES.items():
@@ -489,11 +499,11 @@ def _phase_difference(table: _Table, run: FamilyRun, scan: dict[float, Shape]) -
         seen = _ranges([angle for angle, s in scan.items() if s.name == name])
         table.add(
             f"theta41_{name.replace(' ', '_')}",
-            "4.2, fig. 4",
-            f"theta41 up: shape '{name}', in this order",
-            f"theta41 = {value} deg: " + (f"{form}; seen at {seen} deg" if form else "no whole turn"),
-            form is not None and form.name == name,
-            "the paper neither gives angles nor defines its shapes; the limits are this project's, "
+            source="4.2, fig. 4",
+            published=f"theta41 up: shape '{name}', in this order",
+            computed=f"theta41 = {value} deg: " + (f"{form}; seen at {seen} deg" if form else "no whole turn"),
+            holds=form is not None and form.name == name,
+            reason="the paper neither gives angles nor defines its shapes; the limits are this project's, "
             "drawn with the curves in view",
         )
     return shapes
@@ -503,13 +513,13 @@ def _crank_cd(table: _Table, run: FamilyRun, surface: float) -> None:
     heights, widths = run.each(height), run.each(width)
     table.add(
         "L4_size",
-        "4.3, fig. 5",
-        "L4 up: curve higher and wider",
-        f"{_over(run)}: height {_span(heights)}, width {_span(widths)} mm",
-        _rises(heights) and _rises(widths),
-        "",
-        heights[-1] - heights[0],
-        "mm",
+        source="4.3, fig. 5",
+        published="L4 up: curve higher and wider",
+        computed=f"{_over(run)}: height {_span(heights)}, width {_span(widths)} mm",
+        holds=_rises(heights) and _rises(widths),
+        reason="",
+        value=heights[-1] - heights[0],
+        unit="mm",
     )
     _holes(table, run, surface, "L4", "4.3, fig. 5", "smaller")
 
@@ -520,25 +530,25 @@ def _rocker(table: _Table, run: FamilyRun, surface: float) -> None:
     worst = max(t.residual / t.radius for t in turned)
     table.add(
         "L7_shape",
-        "4.4, fig. 6",
-        "L7 up: shape basically unchanged",
-        f"{_over(run)}: after the best rotation {max(t.residual for t in turned):.1f} mm rms remain at most, "
+        source="4.4, fig. 6",
+        published="L7 up: shape basically unchanged",
+        computed=f"{_over(run)}: after the best rotation {max(t.residual for t in turned):.1f} mm rms remain at most, "
         f"{worst:.1%} of the curve's rms radius",
-        worst <= UNCHANGED,
-        f"{max(t.before for t in turned):.1f} mm without rotation",
-        worst,
-        "1",
+        holds=worst <= UNCHANGED,
+        reason=f"{max(t.before for t in turned):.1f} mm without rotation",
+        value=worst,
+        unit="1",
     )
     angles = [t.angle_deg for t in turned]
     table.add(
         "L7_turned",
-        "4.4, fig. 6",
-        "L7 up: the curve is turned",
-        f"by {angles[0]:+.1f} to {angles[-1]:+.1f} deg against L7 = {run.nominal_value:.0f} mm",
-        _rises(angles) or _rises(angles[::-1]),
-        "counter-clockwise positive",
-        angles[-1] - angles[0],
-        "deg",
+        source="4.4, fig. 6",
+        published="L7 up: the curve is turned",
+        computed=f"by {angles[0]:+.1f} to {angles[-1]:+.1f} deg against L7 = {run.nominal_value:.0f} mm",
+        holds=_rises(angles) or _rises(angles[::-1]),
+        reason="counter-clockwise positive",
+        value=angles[-1] - angles[0],
+        unit="deg",
     )
     _holes(table, run, surface, "L7", "4.4, fig. 6", "unchanged")
 
@@ -558,13 +568,14 @@ def _holes(table: _Table, run: FamilyRun, surface: float, symbol: str, source: s
         text = f"{symbol} up: hole " + ("becomes smaller" if claim == "smaller" else "basically unchanged")
         table.add(
             f"{symbol}_hole_{key}",
-            source,
-            f"{text} [{reading}]",
-            f"{_over(run)}: {', '.join(f'{s:.1f}' for s in sizes)} mm",
-            holds,
-            f"spread {np.ptp(known) / HOLE_MM:.0%}" + (f", limit {UNCHANGED:.0%}" if claim == "unchanged" else ""),
-            float(np.ptp(known)),
-            "mm",
+            source=source,
+            published=f"{text} [{reading}]",
+            computed=f"{_over(run)}: {', '.join(f'{s:.1f}' for s in sizes)} mm",
+            holds=holds,
+            reason=f"spread {np.ptp(known) / HOLE_MM:.0%}"
+            + (f", limit {UNCHANGED:.0%}" if claim == "unchanged" else ""),
+            value=float(np.ptp(known)),
+            unit="mm",
         )
 
 
@@ -589,13 +600,13 @@ def _one_reading(table: _Table, first: FamilyRun, second: FamilyRun) -> None:
     symbols = f"{first.family.symbol} and {second.family.symbol}"
     table.add(
         "one_reading",
-        "4.1, 4.4",
-        f"{symbols} up: hole basically unchanged [one reading of the surface for both]",
-        f"spread {best:.0%} at best, with a surface {where}",
-        best <= UNCHANGED,
-        f"over {_over(first)} and {_over(second)}; limit {UNCHANGED:.0%}",
-        best,
-        "1",
+        source="4.1, 4.4",
+        published=f"{symbols} up: hole basically unchanged [one reading of the surface for both]",
+        computed=f"spread {best:.0%} at best, with a surface {where}",
+        holds=best <= UNCHANGED,
+        reason=f"over {_over(first)} and {_over(second)}; limit {UNCHANGED:.0%}",
+        value=best,
+        unit="1",
     )
 
 
@@ -613,25 +624,25 @@ def _conclusions(table: _Table, runs: dict[str, FamilyRun]) -> None:
     slopes = {symbol: _slope(runs[symbol], height) for symbol in ("L1", "L4", "L7")}
     table.add(
         "conclusion_height",
-        "6 (2)",
-        "height: L1 and L4 have great influence, L7 little",
-        ", ".join(f"{symbol} {slope:+.2f}" for symbol, slope in slopes.items()) + " mm per mm",
-        abs(slopes["L7"]) < 0.25 * min(abs(slopes["L1"]), abs(slopes["L4"])),
-        "about the nominal value; little: less than a quarter",
-        slopes["L7"],
-        "1",
+        source="6 (2)",
+        published="height: L1 and L4 have great influence, L7 little",
+        computed=", ".join(f"{symbol} {slope:+.2f}" for symbol, slope in slopes.items()) + " mm per mm",
+        holds=abs(slopes["L7"]) < 0.25 * min(abs(slopes["L1"]), abs(slopes["L4"])),
+        reason="about the nominal value; little: less than a quarter",
+        value=slopes["L7"],
+        unit="1",
     )
     run = runs["L7"]
     angles = run.each(lambda turns: float(np.degrees(turns["tip.angle"][:-1].mean())))
     table.add(
         "conclusion_posture",
-        "4.4, 6 (2)",
-        "L7 acts on the angle (posture)",
-        f"{_over(run)}: mean nozzle angle {_span([a + 90 for a in angles])} deg from straight down",
-        _rises(angles) or _rises(angles[::-1]),
-        "",
-        angles[-1] - angles[0],
-        "deg",
+        source="4.4, 6 (2)",
+        published="L7 acts on the angle (posture)",
+        computed=f"{_over(run)}: mean nozzle angle {_span([a + 90 for a in angles])} deg from straight down",
+        holds=_rises(angles) or _rises(angles[::-1]),
+        reason="",
+        value=angles[-1] - angles[0],
+        unit="deg",
     )
 
 
@@ -643,11 +654,11 @@ def _refusals(table: _Table, run: FamilyRun) -> None:
             message = re.sub(r"\d+\.\d{3,}", lambda m: f"{float(m[0]):.3g}", member.refusal)
             table.add(
                 f"{family.symbol}_{member.value:g}_refused",
-                f"{family.section}, fig. {family.figure}",
-                "the values of the curves are not printed",
-                f"{family.symbol} = {member.value:g} {family.unit}: out of reach",
-                None,
-                f"the FMU: {message}",
+                source=f"{family.section}, fig. {family.figure}",
+                published="the values of the curves are not printed",
+                computed=f"{family.symbol} = {member.value:g} {family.unit}: out of reach",
+                holds=None,
+                reason=f"the FMU: {message}",
             )
 
 

@@ -156,17 +156,23 @@ def findings(driven: Sequence[Plant], still: Sequence[Plant], off: np.ndarray) -
         else f"it stands still over ground at no S from {first.spacing:.0f} to {last.spacing:.0f} mm"
     )
     return [
-        f"The hole grows from {first.hole.size:.1f} mm at S = {first.spacing:.0f} mm to {last.hole.size:.1f} mm at "
-        f"{last.spacing:.0f} mm, {(last.hole.size - first.hole.size) / (last.spacing - first.spacing) * 10:.1f} mm for "
-        "each 10 mm of spacing.",
-        f"The nozzle's angle does not depend on S: in the ridge it swings from {first.nozzle[0]:.1f} to "
-        f"{first.nozzle[2]:.1f} deg, for every plant the same to {max(turned, 0.01):.2f} deg, since the machine "
-        "carries the nozzle without turning it. What changes is how the tip moves over ground when it sets the "
-        f"seedling: at its lowest {first.speed[1]:+.3f} m/s at {first.spacing:.0f} mm and {last.speed[1]:+.3f} m/s at "
-        f"{last.spacing:.0f} mm; {best}.",
-        f"Changing the spacing while driving spoils no plant: each of the {len(driven)} holes is as long as at a "
-        f"steady spacing within {off.max():.2f} mm (S changes by {np.ptp([p.spacing for p in driven]) / PLANTS[1]:.1f} "
-        "mm from plant to plant).",
+        (
+            f"The hole grows from {first.hole.size:.1f} mm at S = {first.spacing:.0f} mm to {last.hole.size:.1f} mm at "
+            f"{last.spacing:.0f} mm, {(last.hole.size - first.hole.size) / (last.spacing - first.spacing) * 10:.1f} mm "
+            "for each 10 mm of spacing."
+        ),
+        (
+            f"The nozzle's angle does not depend on S: in the ridge it swings from {first.nozzle[0]:.1f} to "
+            f"{first.nozzle[2]:.1f} deg, for every plant the same to {max(turned, 0.01):.2f} deg, since the machine "
+            "carries the nozzle without turning it. What changes is how the tip moves over ground when it sets the "
+            f"seedling: at its lowest {first.speed[1]:+.3f} m/s at {first.spacing:.0f} mm and {last.speed[1]:+.3f} m/s "
+            f"at {last.spacing:.0f} mm; {best}."
+        ),
+        (
+            f"Changing the spacing while driving spoils no plant: each of the {len(driven)} holes is as long as at a "
+            f"steady spacing within {off.max():.2f} mm (S changes by "
+            f"{np.ptp([p.spacing for p in driven]) / PLANTS[1]:.1f} mm from plant to plant)."
+        ),
     ]
 
 
@@ -174,7 +180,7 @@ def draw(path: Turns, driven: Sequence[Plant], still: Sequence[Plant], surface_m
     """Three holes on top; hole length, nozzle angle and speed over ground over the spacing below."""
     figure, axes = plt.subplots(2, 3, figsize=(11.5, 7.2), layout="constrained")
     tip = path.dynamic_mm
-    for panel, plant in zip(axes[0], (driven[0], driven[len(driven) // 2], driven[-1])):
+    for panel, plant in zip(axes[0], (driven[0], driven[len(driven) // 2], driven[-1]), strict=True):
         middle = 0.5 * (plant.hole.entry + plant.hole.exit).real
         near = np.abs(tip.real - middle) < 160
         panel.plot(np.where(near, tip.real - middle, np.nan), np.where(near, tip.imag, np.nan), color=figures.BLUE)
@@ -196,7 +202,7 @@ def draw(path: Turns, driven: Sequence[Plant], still: Sequence[Plant], surface_m
     hole.set_title("Hole at the ridge surface", loc="left")
     hole.set_ylabel("length / mm")
     hole.legend()
-    looks = zip(("enters", "lowest", "leaves"), (figures.VERMILLION, figures.BLACK, figures.GREEN))
+    looks = zip(("enters", "lowest", "leaves"), (figures.VERMILLION, figures.BLACK, figures.GREEN), strict=True)
     for k, (name, colour) in enumerate(looks):
         for panel, values in ((angle, "nozzle"), (speed, "speed")):
             panel.plot(steady_spacing, [getattr(p, values)[k] for p in still], color=colour, linewidth=1.0)
@@ -230,7 +236,7 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
         still = [steady(fmu, each, surface_mm) for each in STEADY_MM]
     expected = np.interp([p.spacing for p in driven], STEADY_MM, [p.hole.size for p in still])
     sentences = findings(driven, still, np.abs(np.array([p.hole.size for p in driven]) - expected))
-    rows = [cells(plant, each) for plant, each in zip(driven, expected)]
+    rows = [cells(plant, each) for plant, each in zip(driven, expected, strict=True)]
     reports.show_table(
         console, "Every fifth plant; nozzle from straight down, tip's forward speed over ground", HEADINGS, rows[::5]
     )
@@ -242,18 +248,22 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
             [
                 "# Change the plant spacing while driving",
                 "",
-                "Written by `python -m scenarios.spacing_change`. The machine drives at "
-                f"{SPACING / fmu.turn_time:.4f} m/s; within {PLANTS[1]} plants the spacing grows evenly with the way from "
-                f"{SPACINGS[0] * 1e3:.0f} to {SPACINGS[1] * 1e3:.0f} mm. The ridge surface is the one at which the published "
-                f"set digs its published hole of {HOLE_MM} mm, {depth:.1f} mm above the tip's lowest point. Communication step "
-                f"{STEP * 1e3:g} ms.",
+                (
+                    "Written by `python -m scenarios.spacing_change`. The machine drives at "
+                    f"{SPACING / fmu.turn_time:.4f} m/s; within {PLANTS[1]} plants the spacing grows evenly with the "
+                    f"way from {SPACINGS[0] * 1e3:.0f} to {SPACINGS[1] * 1e3:.0f} mm. The ridge surface is the one at "
+                    f"which the published set digs its published hole of {HOLE_MM} mm, {depth:.1f} mm above the tip's "
+                    f"lowest point. Communication step {STEP * 1e3:g} ms."
+                ),
                 "",
                 *(f"- {sentence}" for sentence in sentences),
                 "",
                 "![Hole, nozzle and speed over the spacing](spacing_change.png)",
                 "",
-                "Angles are the nozzle's from straight down, positive with its tip forward; speeds the tip's over ground, "
-                "positive forward.",
+                (
+                    "Angles are the nozzle's from straight down, positive with its tip forward; speeds the tip's over "
+                    "ground, positive forward."
+                ),
                 "",
                 reports.markdown_table(HEADINGS, rows),
             ]

@@ -153,7 +153,7 @@ def perform(options: argparse.Namespace, console: Console, met: list[bool]) -> l
 
 
 def apart(part: Callable[..., tuple[str, list[Path]]], *arguments: object) -> tuple[str, list[Path]]:
-    """Run a part in a process of its own: a process that has loaded the twin, a Python in Python, cannot load it anew."""
+    """Run a part in a process of its own: one that has loaded the twin, a Python in Python, cannot load it anew."""
     sys.stdout.flush()
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         return pool.submit(part, *arguments).result()
@@ -204,7 +204,16 @@ def run(
             windows = smoothing.measure(unpacked, smallest_step_ms, bar.update)
     results = Results(errors, windows, c_host, fmpy_host, reports.machine(), why)
     written = write_tables(output, results, sections)
-    written += speed_figures.draw_all(output, errors, windows, PROFILES, REFERENCE, c_host, fmpy_host, SCENES)
+    written += speed_figures.draw_all(
+        output,
+        errors,
+        windows,
+        profiles=PROFILES,
+        reference=REFERENCE,
+        c_host=c_host,
+        fmpy_host=fmpy_host,
+        scenes=SCENES,
+    )
     return results, sorted(written)
 
 
@@ -243,18 +252,22 @@ def promises(results: Results) -> list[str]:
         for error in (full.worst[0], TOLERANCE)
     )
     return [
-        f"At {HEADLINE_MS:g} ms, on a crank that ripples by 10 %, angle, speed and acceleration keep the tip within "
-        f"{full.worst[0] * 1e3:.4f} mm of the truth, where a held input is {held.worst[0] * 1e3:.1f} mm off "
-        f"({held.first_second * 1e3:.1f} mm within the first second).",
-        f"For the same error the held input needs {more_as_good:.0f} times the steps, that is "
-        f"{math.log10(more_as_good):.1f} decimal orders more; for {TOLERANCE * 1e3:g} mm, {more_within:.0f} times "
-        f"({math.log10(more_within):.1f} orders). "
-        f"Both are extrapolated from {HEADLINE_MS:g} ms by its fitted order, {order:.2f}.",
+        (
+            f"At {HEADLINE_MS:g} ms, on a crank that ripples by 10 %, angle, speed and acceleration keep the tip "
+            f"within {full.worst[0] * 1e3:.4f} mm of the truth, where a held input is {held.worst[0] * 1e3:.1f} mm off "
+            f"({held.first_second * 1e3:.1f} mm within the first second)."
+        ),
+        (
+            f"For the same error the held input needs {more_as_good:.0f} times the steps, that is "
+            f"{math.log10(more_as_good):.1f} decimal orders more; for {TOLERANCE * 1e3:g} mm, {more_within:.0f} times "
+            f"({math.log10(more_within):.1f} orders). "
+            f"Both are extrapolated from {HEADLINE_MS:g} ms by its fitted order, {order:.2f}."
+        ),
     ]
 
 
 def dearest_rung(costs: Costs) -> str:
-    """What giving more of the crank costs a step, an addition to a sentence; "" where the scatter is too large to tell."""
+    """What giving more of the crank costs a step, to end a sentence with; "" where the scatter is too large to tell."""
     ratios = [costs.ratios(rung.key, HELD.key) for rung in RUNGS if rung is not HELD]
     most = max(each.quartiles[1] for each in ratios)
     if any(each.side(most * (1 + STEADY)) >= 0 for each in ratios):
@@ -281,16 +294,24 @@ def reading(results: Results) -> list[str]:
     step = 1.0 if 1.0 in errors.steps_ms else errors.steps_ms[0]
     jumps = {rung.key: errors.at("clutch", rung.key, step).worst for rung in RUNGS}
     return [
-        f"Give all that the drive knows and take the largest step that keeps your tolerance (for {TOLERANCE * 1e3:g} mm "
-        f"on the rippling crank: {within}){dearest_rung(costs)}.",
-        "Where the angle comes from an encoder, connect crank.w or set crank.smoothing: with a 20-bit angle alone the "
-        f"acceleration's worst error at {finest:g} ms is {number(windows.worst(NOISY, 0.0, finest, 2), 2)} mm/s2, smoothed "
-        f"over {window:g} ms {number(windows.worst(NOISY, window, finest, 2), 2)}, with the speed {number(with_speed, 2)}.",
-        f"A jump in speed is foreseen by no rung, so its step is off by about jump times step (here at {step:g} ms "
-        f"{number(jumps['derivative_1'][0])} mm with input derivatives, {number(jumps['angle_speed'][0])} with the "
-        f"speed, {number(jumps['angle'][0])} with the angle alone); none carries it on, but where the angle is all there "
-        f"is, the acceleration is off by {number(jumps['angle'][2], 2)} mm/s2 for the steps that it takes to tell "
-        f"(with the speed {number(jumps['angle_speed'][2], 2)}): smaller steps lessen only the position's error.",
+        (
+            f"Give all that the drive knows and take the largest step that keeps your tolerance (for "
+            f"{TOLERANCE * 1e3:g} mm on the rippling crank: {within}){dearest_rung(costs)}."
+        ),
+        (
+            "Where the angle comes from an encoder, connect crank.w or set crank.smoothing: with a 20-bit angle alone "
+            f"the acceleration's worst error at {finest:g} ms is {number(windows.worst(NOISY, 0.0, finest, 2), 2)} "
+            f"mm/s2, smoothed over {window:g} ms {number(windows.worst(NOISY, window, finest, 2), 2)}, with the speed "
+            f"{number(with_speed, 2)}."
+        ),
+        (
+            f"A jump in speed is foreseen by no rung, so its step is off by about jump times step (here at {step:g} ms "
+            f"{number(jumps['derivative_1'][0])} mm with input derivatives, {number(jumps['angle_speed'][0])} with the "
+            f"speed, {number(jumps['angle'][0])} with the angle alone); none carries it on, but where the angle is all "
+            f"there is, the acceleration is off by {number(jumps['angle'][2], 2)} mm/s2 for the steps that it takes to "
+            f"tell (with the speed {number(jumps['angle_speed'][2], 2)}): smaller steps lessen only the position's "
+            "error."
+        ),
     ]
 
 
@@ -332,7 +353,7 @@ def profile_table(errors: Coupling, profile: str) -> tuple[tuple[str, ...], list
         "what the host gives",
         *(
             heading
-            for quantity, unit in zip(QUANTITIES, UNITS)
+            for quantity, unit in zip(QUANTITIES, UNITS, strict=True)
             for heading in (*(f"{quantity} at {step:g} ms / {unit}" for step in shown), "order")
         ),
     )
@@ -430,7 +451,7 @@ def write_tables(output: Path, results: Results, sections: Mapping[str, str]) ->
             *(
                 f"{kind}_{name}_{unit}"
                 for kind in ("worst", "median")
-                for name, unit in zip(QUANTITIES, ("m", "m_s", "m_s2"))
+                for name, unit in zip(QUANTITIES, ("m", "m_s", "m_s2"), strict=True)
             ),
         ),
         (
@@ -506,10 +527,12 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         "",
         "## The headline",
         "",
-        "Worst error of the tip on a crank at 65 turns a minute that ripples by 10 % at 3 Hz, over 12 s; time of a step in "
-        "times of the held one (a range where the rounds scatter: their middle half), position, velocity and acceleration "
-        "read; the largest of these steps that keeps "
-        f"{TOLERANCE * 1e3:g} mm.",
+        (
+            "Worst error of the tip on a crank at 65 turns a minute that ripples by 10 % at 3 Hz, over 12 s; time of a "
+            "step in times of the held one (a range where the rounds scatter: their middle half), position, velocity "
+            "and acceleration read; the largest of these steps that keeps "
+            f"{TOLERANCE * 1e3:g} mm."
+        ),
         "",
         table(*headline(results)),
         *(f"{sentence}\n" for sentence in promises(results)),
@@ -517,12 +540,15 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         "",
         "## Coupling",
         "",
-        "In FMI an input set before a step belongs to its start, an output read after it to its end. A rung is what the "
-        "host gives of the crank; *held* is a component that predicts nothing (`crank.at_step_end` with inputs of the "
-        "step's start). The truth is the same FMU in initialization mode, where outputs follow inputs, at the true angle, speed "
-        f"and acceleration; its solving error, about 1e-15 m, is not seen here. The first {START_UP} steps are "
-        f"reported apart. Orders are slopes fitted over {low:g} to {high:g} ms, where the errors stand clear of rounding; "
-        "where noise or a jump rules, the slope is no order of the method. *exact*: as small as the solving error.",
+        (
+            "In FMI an input set before a step belongs to its start, an output read after it to its end. A rung is "
+            "what the host gives of the crank; *held* is a component that predicts nothing (`crank.at_step_end` with "
+            "inputs of the step's start). The truth is the same FMU in initialization mode, where outputs follow "
+            f"inputs, at the true angle, speed and acceleration; its solving error, about 1e-15 m, is not seen here. "
+            f"The first {START_UP} steps are reported apart. Orders are slopes fitted over {low:g} to {high:g} ms, "
+            "where the errors stand clear of rounding; where noise or a jump rules, the slope is no order of the "
+            "method. *exact*: as small as the solving error."
+        ),
         "",
     ]
     for name in QUANTITIES:
@@ -553,9 +579,11 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
     parts += [
         "## Smoothing",
         "",
-        "The angle alone on the rippling crank, as a 20-bit encoder reads it and exactly, with `crank.smoothing` "
-        "from none to 48 ms: worst errors once the window is full. A window buys what it averages over and costs "
-        f"its lag, which grows with its fourth power.{smoothed_cost}",
+        (
+            "The angle alone on the rippling crank, as a 20-bit encoder reads it and exactly, with `crank.smoothing` "
+            "from none to 48 ms: worst errors once the window is full. A window buys what it averages over and costs "
+            f"its lag, which grows with its fourth power.{smoothed_cost}"
+        ),
         "",
         table(*smoothing_table(results.smoothing)),
         "![What smoothing buys and costs](smoothing.png)",
@@ -567,10 +595,12 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         parts += [f"Not measured: the C host could not be built or run here ({results.why.partition(chr(10))[0]}).", ""]
     else:
         parts += [
-            "A C host sets the crank's angle, speed and acceleration (from the ground frame on also the machine's speed, "
-            "from the torque on also the soil's force), does a step and reads; each line reads what the lines above it "
-            f"read, too. Medians of the ratios within {len(results.c_host.rounds[BASE])} interleaved rounds. "
-            f"{noise_here(results.c_host.rounds['sincos'], SINCOS)}",
+            (
+                "A C host sets the crank's angle, speed and acceleration (from the ground frame on also the machine's "
+                "speed, from the torque on also the soil's force), does a step and reads; each line reads what the "
+                f"lines above it read, too. Medians of the ratios within {len(results.c_host.rounds[BASE])} "
+                f"interleaved rounds. {noise_here(results.c_host.rounds['sincos'], SINCOS)}"
+            ),
             "",
             table(*scene_table(results.c_host)),
             "![What a scene pays](scenes.png)",
@@ -580,8 +610,11 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         sections["hard_cases"],
         "## Files",
         "",
-        "`coupling.csv`: every worst and median error; `orders.csv`: the fitted orders (nan: less than three errors "
-        "clear of rounding); `start_up.csv`: the first steps; `smoothing.csv`: worst errors by window; `scene_cost.csv`: the ratios of times. SI units.",
+        (
+            "`coupling.csv`: every worst and median error; `orders.csv`: the fitted orders (nan: less than three "
+            "errors clear of rounding); `start_up.csv`: the first steps; `smoothing.csv`: worst errors by window; "
+            "`scene_cost.csv`: the ratios of times. SI units."
+        ),
         "",
     ]
     return "\n".join(parts)

@@ -51,6 +51,7 @@ def draw_all(
     output: Path,
     coupling: Coupling,
     smoothing: Smoothing,
+    *,
     profiles: Sequence[Profile],
     reference: str,
     c_host: Costs | None,
@@ -98,7 +99,7 @@ def draw_errors(coupling: Coupling, profiles: Sequence[Profile], quantity: int) 
     figure, grid = plt.subplots(2, 3, figsize=(11.0, 7.4), sharex=True, sharey=True)
     steps = np.array(coupling.steps_ms)
     highest = max(error.worst[quantity] for error in coupling.all)
-    for axes, profile in zip(grid.flat, profiles):
+    for axes, profile in zip(grid.flat, profiles, strict=True):
         exact = []
         for rung in RUNGS:
             errors = coupling.worst(profile.key, rung.key, quantity)
@@ -222,7 +223,7 @@ def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | Non
         order = coupling.order(profile, rung.key)
         label = rung.title + (f" (order {order:.1f})" if np.isfinite(order) else " (exact)")
         _line(panels[0, 0], rung.key, rates, errors, 0, label)
-        for axes, (_, costs) in zip(panels[0, 1:], hosts):
+        for axes, (_, costs) in zip(panels[0, 1:], hosts, strict=True):
             _line(axes, rung.key, rates / 1e3 * costs.ratio(rung.key, "held"), errors, 0, label)
     for axes in panels.flat:
         axes.set_xscale("log")
@@ -231,7 +232,7 @@ def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | Non
         _error_axis(axes, 0, max(error.worst[0] for error in coupling.all if error.profile == profile))
     panels[0, 0].set(xlabel="communication steps a second", ylabel="worst error of the tip / mm")
     panels[0, 0].set_title("Steps", loc="left")
-    for axes, (name, _) in zip(panels[0, 1:], hosts):
+    for axes, (name, _) in zip(panels[0, 1:], hosts, strict=True):
         axes.set_xlabel("host time (held at 1 ms = 1)")
         axes.set_title(f"Time of a step in {'a ' if name == 'C host' else ''}{name}", loc="left")
     figure.suptitle(f"Error against speed: {title}", x=0.012, ha="left", fontsize=11)
@@ -245,8 +246,8 @@ def draw_smoothing(smoothing: Smoothing) -> Figure:
     """Worst errors over the window, of position and acceleration, for the noisy and the exact angle."""
     figure, panels = plt.subplots(1, 2, figsize=(9.0, 4.0))
     windows = np.array(WINDOWS_MS)
-    for axes, quantity in zip(panels, (0, 2)):
-        for step, colour in zip(smoothing.steps_ms, (BLUE, VERMILLION, GREEN)):
+    for axes, quantity in zip(panels, (0, 2), strict=True):
+        for step, colour in zip(smoothing.steps_ms, (BLUE, VERMILLION, GREEN), strict=True):
             for profile, dashes, marker in ((NOISY, "-", "o"), (EXACT, ":", "x")):
                 errors = [smoothing.worst(profile, window, step, quantity) * 1e3 for window in WINDOWS_MS]
                 axes.plot(
@@ -282,7 +283,7 @@ def draw_scenes(costs: Costs, scenes: Sequence[Scene]) -> Figure:
     whiskers = np.maximum(np.abs(quartiles.T - ratios), 0)
     places = np.arange(len(scenes))
     axes.barh(places, ratios, color=BLUE, height=0.62, xerr=whiskers, error_kw={"ecolor": BLACK, "capsize": 2})
-    for place, ratio, (_, high) in zip(places, ratios, quartiles):
+    for place, ratio, (_, high) in zip(places, ratios, quartiles, strict=True):
         axes.text(max(ratio, high) + 0.06, place, f"{ratio:.2f}", va="center")
     axes.set_yticks(places, [scene.title for scene in scenes])
     axes.set_xlim(0, 1.1 * max(ratios.max(), quartiles.max()))

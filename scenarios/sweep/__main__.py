@@ -90,7 +90,7 @@ class Study:
         """The parameter sets, a row each, in the order of ``ranges``."""
         low, high = np.array(list(self.ranges.values())).T
         if self.grid:
-            axes = [np.linspace(a, b, self.grid) for a, b in zip(low, high)]
+            axes = [np.linspace(a, b, self.grid) for a, b in zip(low, high, strict=True)]
             return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         from scipy.stats import qmc  # takes longer to import than a small study to run
 
@@ -220,11 +220,12 @@ def sweep(
     fmu: Path, study: Study, results: Results, client: Client, done: Callable[[int], object], limit: float = LIMIT
 ) -> None:
     """Run what is missing of a study; every row is kept before the next is waited for. A run of more than ``limit``
-    seconds costs its process, and is a row that says so."""
+    seconds costs its process, and is a row that says so.
+    """
     known = set(results.table()["point"].to_pylist())
     done(len(known))
     missing = (
-        (key, dict(zip(study.ranges, map(float, point))))
+        (key, dict(zip(study.ranges, map(float, point), strict=True)))
         for key, point in enumerate(study.points())
         if key not in known
     )
@@ -298,7 +299,11 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
         + "."
     )
     for status in ("refused", "failed"):
-        said = [message for message, is_status in zip(table["message"].to_pylist(), statuses) if is_status == status]
+        said = [
+            message
+            for message, is_status in zip(table["message"].to_pylist(), statuses, strict=True)
+            if is_status == status
+        ]
         if said:
             console.print(f"- {status}, for instance: {said[0]}", markup=False)
     if set(MEASURES) <= set(table.column_names):

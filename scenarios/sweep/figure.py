@@ -25,20 +25,21 @@ def draw(
 ) -> None:
     """Write the picture. ``values`` has the columns hole (m), posture (rad), acceleration (m/s2), a row a run,
     ``start`` those of the FMU's start values or nothing; ``best`` are the rows that no other beats in all three.
-    ``left_out`` says which runs are not ``usable`` and why, "" where all are."""
+    ``left_out`` says which runs are not ``usable`` and why, "" where all are.
+    """
     shown = values * SCALES
     beaten = usable.copy()
     beaten[best] = False
     with plt.rc_context(STYLE):
         figure, panels = plt.subplots(1, 3, figsize=(13.0, 4.7), layout="constrained")
-        for axes, (x, y) in zip(panels, ((0, 1), (0, 2), (1, 2))):
+        for axes, (x, y) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
             axes.scatter(shown[beaten, x], shown[beaten, y], s=13, color="#C4C4C4", linewidths=0)
             # The same colour is the same hole in every panel, so that a run can be followed.
             dots = axes.scatter(
                 shown[best, x], shown[best, y], c=shown[best, 0], cmap="viridis", s=34, edgecolors=BLACK, linewidths=0.6
             )
             if start:
-                at = [value * scale for value, scale in zip(start, SCALES)]
+                at = [value * scale for value, scale in zip(start, SCALES, strict=True)]
                 axes.plot(at[x], at[y], "*", color=VERMILLION, markersize=14, markeredgecolor="white")
             axes.set(xlabel=TITLES[x], ylabel=TITLES[y])
             if y == 2:
@@ -68,7 +69,7 @@ def draw(
 
 
 def left_out(statuses: Sequence[str], hole: np.ndarray) -> str:
-    """Why runs are missing from the picture, a sentence; "" where none is. ``hole``: NaN or negative where a run has none."""
+    """Why runs are missing from the picture, a sentence or "". ``hole``: NaN or negative where a run has none."""
     done = np.array(statuses) == "done"
     counts = (
         (list(statuses).count("refused"), "refused by the FMU (no whole turn)"),

@@ -98,7 +98,7 @@ def run_point(
         row |= {"status": "done", "message": ""}
     except Refused as refusal:
         row |= {"status": "refused", "message": str(refusal)}
-    except Exception as error:  # whatever a scene or an FMU may raise is worth a row, not the sweep's end
+    except Exception as error:  # noqa: BLE001 - whatever a scene or an FMU may raise is worth a row, not the sweep's end
         row |= {"status": "failed", "message": f"{type(error).__name__}: {error}"}
     finally:
         watchdog.cancel()

@@ -117,8 +117,8 @@ def disagreement(runs: Sequence[np.ndarray]) -> float:
     first = runs[0][0, :, :2]
     return max(
         float(np.abs(np.roll(first, -round(offset * STEPS), axis=0) - row[:, :2]).max())
-        for mounting, run in zip(MOUNTINGS, runs)
-        for offset, row in zip(mounting.offsets, run)
+        for mounting, run in zip(MOUNTINGS, runs, strict=True)
+        for offset, row in zip(mounting.offsets, run, strict=True)
     )
 
 
@@ -131,7 +131,7 @@ def shaft_table(runs: Sequence[np.ndarray]) -> list[tuple[str, ...]]:
             *(f"{value + 0.0:.2f}" for value in (shaft.min(), shaft.max(), np.ptp(shaft))),
             f"{np.ptp(shaft) / np.ptp(shafts[0]):.1%}",
         )
-        for mounting, shaft in zip(MOUNTINGS, shafts)
+        for mounting, shaft in zip(MOUNTINGS, shafts, strict=True)
     ]
 
 
@@ -153,13 +153,13 @@ def cost(fmu: UnpackedFmu, counts: Sequence[int], rounds: int, done: tqdm) -> np
 
 def of_one_alone(taken: np.ndarray, counts: Sequence[int]) -> list[Ratios]:
     """What a step costs an instance among so many, in times of one alone, within a round."""
-    return [Ratios(column / count) for column, count in zip((taken / taken[:, :1]).T, counts)]
+    return [Ratios(column / count) for column, count in zip((taken / taken[:, :1]).T, counts, strict=True)]
 
 
 def cost_table(taken: np.ndarray, counts: Sequence[int]) -> list[tuple[str, ...]]:
     """Rows under COST_HEADINGS: medians of ratios within a round."""
     rows = []
-    for count, each in zip(counts, of_one_alone(taken, counts)):
+    for count, each in zip(counts, of_one_alone(taken, counts), strict=True):
         low, high = each.quartiles
         beside = BESIDE_ONE[each.side()] if count > 1 else ""
         rows.append(
@@ -170,7 +170,7 @@ def cost_table(taken: np.ndarray, counts: Sequence[int]) -> list[tuple[str, ...]
 
 def cost_findings(taken: np.ndarray, counts: Sequence[int]) -> list[str]:
     """What the times allow to be said of an instance among others; nothing that their scatter does not carry."""
-    each = dict(zip(counts, of_one_alone(taken, counts)))
+    each = dict(zip(counts, of_one_alone(taken, counts), strict=True))
     dearer = [count for count in counts[1:] if each[count].side() > 0]
     cheaper = [count for count in counts[1:] if each[count].side() < 0]
     said = []
@@ -182,8 +182,8 @@ def cost_findings(taken: np.ndarray, counts: Sequence[int]) -> list[str]:
     if level:
         worst = max(each[int(count)].quartiles[1] for count in level)
         said.append(
-            f"Among {', '.join(level)} no difference from one alone is seen beyond the scatter, whose upper quartile is "
-            f"{worst:.2f}."
+            f"Among {', '.join(level)} no difference from one alone is seen beyond the scatter, whose upper quartile "
+            f"is {worst:.2f}."
         )
     return [*said, "All through fmpy, whose Python is most of the time."]
 
@@ -199,7 +199,10 @@ def draw(runs: Sequence[np.ndarray], taken: np.ndarray, counts: Sequence[int]) -
     above.set_title("Plants from above, rows evenly ahead", loc="left")
     phi = 360 / STEPS * (1 + np.arange(STEPS))
     for mounting, each, (colour, dashes) in zip(
-        MOUNTINGS, runs, ((figures.BLACK, "-"), (figures.VERMILLION, "--"), (figures.GREEN, "-."), (figures.BLUE, "-"))
+        MOUNTINGS,
+        runs,
+        ((figures.BLACK, "-"), (figures.VERMILLION, "--"), (figures.GREEN, "-."), (figures.BLUE, "-")),
+        strict=True,
     ):
         shaft.plot(phi, each[:, :, 3].sum(axis=0), dashes, color=colour, label=mounting.title)
     shaft.set(
@@ -209,7 +212,7 @@ def draw(runs: Sequence[np.ndarray], taken: np.ndarray, counts: Sequence[int]) -
     shaft.legend(loc="upper left", fontsize=8.5)
     shaft.set_title(f"Torque of the shaft, {WEIGHT:g} N on every tip", loc="left")
     ratios = of_one_alone(taken, counts)
-    for k, (count, each) in enumerate(zip(counts, ratios)):
+    for k, (count, each) in enumerate(zip(counts, ratios, strict=True)):
         if count > 1:
             apart = count * np.linspace(0.93, 1.07, len(each.rounds))  # so that the rounds do not hide each other
             price.plot(apart, each.rounds, ".", color=figures.SKY, markersize=4, label="a round" if k == 1 else None)
@@ -251,11 +254,15 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     spent = cost_findings(taken, COUNTS)
     noise = noise_here(taken[:, 0], "a step of one instance")
     sentences = [
-        f"All {ROWS} instances run from one loaded binary side by side, and every tip is where the first row's is at "
-        f"the angle that the row is ahead, within {disagreement(runs) * 1e3:.0e} mm.",
-        f"Mounted evenly, the rows leave {shafts[-1][-1]} of the torque's swing that they have in phase "
-        f"({shafts[-1][3]} of {shafts[0][3]} N.m), and their plants stand a twelfth of the spacing apart from row "
-        "to row.",
+        (
+            f"All {ROWS} instances run from one loaded binary side by side, and every tip is where the first row's is "
+            f"at the angle that the row is ahead, within {disagreement(runs) * 1e3:.0e} mm."
+        ),
+        (
+            f"Mounted evenly, the rows leave {shafts[-1][-1]} of the torque's swing that they have in phase "
+            f"({shafts[-1][3]} of {shafts[0][3]} N.m), and their plants stand a twelfth of the spacing apart from row "
+            "to row."
+        ),
         *spent,
         noise,
     ]
@@ -269,17 +276,22 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
             [
                 "# Twelve rows on one crank",
                 "",
-                f"Written by `python -m scenarios.twelve_rows` on: {reports.machine()}. {PLANTING_SPEED * 60 / TURN:.0f} "
-                f"turns a minute, plant spacing {SPACING * 1e3:.0f} mm, {STEPS} communication steps a turn.",
+                (
+                    f"Written by `python -m scenarios.twelve_rows` on: {reports.machine()}. "
+                    f"{PLANTING_SPEED * 60 / TURN:.0f} turns a minute, plant spacing {SPACING * 1e3:.0f} mm, {STEPS} "
+                    "communication steps a turn."
+                ),
                 "",
                 *(f"- {sentence}" for sentence in sentences),
                 "",
                 "![Plants, torque and cost](twelve_rows.png)",
                 "",
                 reports.markdown_table(HEADINGS, shafts),
-                f"A step of all instances; medians of the ratios within {options.rounds} interleaved rounds, in each of which "
-                f"{COST_STEPS} steps of an instance are timed. *Dearer* or *cheaper* than one alone is what lies on one side "
-                "of it with the middle half of each third of the rounds.",
+                (
+                    f"A step of all instances; medians of the ratios within {options.rounds} interleaved rounds, in "
+                    f"each of which {COST_STEPS} steps of an instance are timed. *Dearer* or *cheaper* than one alone "
+                    "is what lies on one side of it with the middle half of each third of the rounds."
+                ),
                 "",
                 reports.markdown_table(COST_HEADINGS, costs),
                 "`turn.csv`: a turn of the evenly mounted rows, SI units.",

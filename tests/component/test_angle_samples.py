@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import count
+from itertools import count, pairwise
 
 import pytest
 
@@ -44,7 +44,7 @@ def test_wraps_leave_no_trace(new, giving, speed, at_end):
     assert off[:, :2].max() <= 5e-15 and off[:, 2:4].max() <= 1e-12 and off[:, 4:].max() <= 1e-10
 
     given = [giving(rotation, t)[0]["crank.phi"] for t in (times if at_end else times[:-1])]
-    wraps = sum(abs(b - a) > math.pi for a, b in zip(given, given[1:]))
+    wraps = sum(abs(b - a) > math.pi for a, b in pairwise(given))
     assert wraps >= 3
     assert [message.category for message in instance.messages] == ["logEvents"] * wraps
     assert all("whole turns" in message.text and message.status == OK for message in instance.messages)

@@ -43,7 +43,7 @@ def at_random(instance: Instance) -> list[float]:
     values: dict[str, float] = {}
     while len(values) < len(names):
         piece = chance.choices(names, k=chance.randint(1, 5))
-        for name, value in zip(piece, instance.get(*piece)):
+        for name, value in zip(piece, instance.get(*piece), strict=True):
             assert values.setdefault(name, value) == value
     return [values[name] for name in names]
 
@@ -111,7 +111,7 @@ def test_every_single_output_alone(new, fmu):
     """Nothing has to be read before it."""
     expected = dict(zip(fmu.names("output"), run(new(), eagerly)[STEPS - 1], strict=True))
     for name, value in expected.items():
-        found = run(new(), lambda instance: instance.get(name), STEPS - 1)
+        found = run(new(), lambda instance, name=name: instance.get(name), STEPS - 1)
         assert found[STEPS - 1] == [value], name
 
 
@@ -138,7 +138,7 @@ def test_a_value_read_is_made_anew_for_the_next_step(new):
     instance.exit()
     for name in instance.fmu.names("output"):
         seen = set()
-        for i in range(3):
+        for _ in range(3):
             time = instance.last_successful_time()
             values = {"crank.phi": 0.5 + time, "crank.w": 1.0 + time**2, "machine.v": 1.0, "tip.fx": 3.0}
             seen |= set(instance.step(time, STEP, values).get(name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -95,7 +96,7 @@ def test_what_was_predicted_too_far_is_taken_back(new):
     speeds = [1.0, 1.0, 3.0, 0.0, 0.0, 0.0]
     for i, v in enumerate(speeds):
         instance.step(i * step, step, {"machine.v": v})
-    trapezoids = sum((a + b) / 2 * step for a, b in zip(speeds, speeds[1:]))
+    trapezoids = sum((a + b) / 2 * step for a, b in itertools.pairwise(speeds))
     assert instance.get("machine.s") == [trapezoids]
 
 
@@ -159,7 +160,7 @@ def test_no_drift_at_uneven_speed(new):
     speeds = [0.0] + [speed(i * step) for i in range(1, steps)]
     for i, v in enumerate(speeds):
         instance.step(i * step, step, {"machine.v": v})
-    trapezoids = math.fsum((a + b) / 2 * step for a, b in zip(speeds, speeds[1:]))
+    trapezoids = math.fsum((a + b) / 2 * step for a, b in itertools.pairwise(speeds))
     ahead = step * (speeds[-1] + (speeds[-1] - speeds[-2]) / 2)
     expected = math.fsum([1e6, trapezoids, ahead])
     assert abs(instance.get("machine.s")[0] - expected) <= 2 * math.ulp(expected)

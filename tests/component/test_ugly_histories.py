@@ -6,6 +6,7 @@ tries that many of each, as `make soak` does.
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 
@@ -41,7 +42,7 @@ def drive(instance, played: Played, source: str, at_step_end: bool) -> np.ndarra
     law = {"w": played.end_w, "a": end_a} if at_step_end else {"w": played.w, "a": played.a}
     angles = played.end_given if at_step_end else played.given
     rows = []
-    for i, (start, end) in enumerate(zip(played.time[:-1], played.time[1:])):
+    for i, (start, end) in enumerate(zip(played.time[:-1], played.time[1:], strict=True)):
         instance.set({"crank.phi": angles[i]} | {f"crank.{name}": law[name][i] for name in inputs})
         if derivatives:
             instance.set_derivatives({("crank.phi", n + 1): law[name][i] for n, name in enumerate(derivatives)})
@@ -189,7 +190,7 @@ def test_a_jump_before_longer_steps_leaves_no_trace(new, jump, step):
     """At 65 rpm: the speed of the tip is that of the crank again."""
     instance = new().initialize()
     times = [*(i * 1e-3 for i in range(101)), *(0.1 + i * step for i in range(1, 40))]
-    for i, (start, end) in enumerate(zip(times, times[1:])):
+    for i, (start, end) in enumerate(itertools.pairwise(times)):
         phi = PLANTING_SPEED * start + (jump if i >= 100 else 0.0)
         instance.step(start, end - start, {"crank.phi": phi})
     exact = solve(Geometry(), PLANTING_SPEED * times[-1] + jump, 1).velocity(PLANTING_SPEED)

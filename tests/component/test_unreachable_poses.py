@@ -122,7 +122,7 @@ def test_reading_where_inputs_cannot_be_followed(new, case):
 def test_a_dead_point_exactly_is_no_pose(new):
     """Velocities are infinite there. A needle of a triangle, whose lengths are whole binary fractions."""
     instance = new().setup().enter()
-    straight = {name: 0.0 for name in ("L1", "L4", "phi1", "phi4", "YC")} | {"XC": 0.25, "L2": 0.125, "L3": 0.125}
+    straight = dict.fromkeys(("L1", "L4", "phi1", "phi4", "YC"), 0.0) | {"XC": 0.25, "L2": 0.125, "L3": 0.125}
     instance.set({f"geometry.{name}": value for name, value in straight.items()})
     status, _ = instance.try_get(["tip.x"])
     assert status == DISCARD

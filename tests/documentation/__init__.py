@@ -1,0 +1,1 @@
+"""The pages: what they claim and where they lead."""

@@ -114,12 +114,10 @@ def test_each_target_says_what_it_takes():
 
 def test_python_example_runs_without_a_word(beside_the_build: Path):
     text = (FOLDER / "connecting.md").read_text(encoding="utf-8")
-    program = (
-        block_with(text, "simulate_fmu", "python")
-        + (
-            "\nassert abs(result['ground.x'][-1] - 0.1669) < 1e-4"
-            "\nassert {*result.dtype.names} == {'time', 'ground.x', 'ground.y', 'tip.angle'}"  # fmpy passes over unknown ones
-        )
+    program = block_with(text, "simulate_fmu", "python") + (
+        "\nassert abs(result['ground.x'][-1] - 0.1669) < 1e-4"
+        # fmpy passes over unknown ones
+        "\nassert {*result.dtype.names} == {'time', 'ground.x', 'ground.y', 'tip.angle'}"
     )
     run = subprocess.run(
         [sys.executable, "-c", program], cwd=beside_the_build, capture_output=True, text=True, check=True
@@ -134,7 +132,7 @@ def test_the_coupling_table_is_its_figure():
     text = (FOLDER / "connecting.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\|.+\| ([\d.e-]+) mm \| ([\d.e-]+) mm \| (\d) \|$", text, re.MULTILINE)
     assert len(rows) == len(drawn["position_m"]) == 6
-    for (at_1_ms, at_10_ms, _), (rung, errors) in zip(rows, drawn["position_m"].items()):
+    for (at_1_ms, at_10_ms, _), (rung, errors) in zip(rows, drawn["position_m"].items(), strict=True):
         for written, step in ((at_1_ms, 1.0), (at_10_ms, 10.0)):
             assert float(written) == pytest.approx(1e3 * errors[drawn["steps_ms"].index(step)], rel=5e-3), rung
 
@@ -200,5 +198,5 @@ def test_marks_of_generated_tables(interface):
     assert with_tables(made, interface) == made
     assert all(f"`{variable.name}`" in made for variable in interface.variables)
     for wrong in (marked.replace("end of interface", "end of it"), marked.replace("interface", "face")):
-        with pytest.raises(ValueError, match="partner|no such table"):
+        with pytest.raises(ValueError, match=r"partner|no such table"):
             with_tables(wrong, interface)

@@ -99,7 +99,8 @@ def broken(kind: str, folder: Path, fmu_file: Path) -> Path:
 @pytest.mark.parametrize("kind", ["missing", "no zip", "cut off", "empty", "no description", "no XML", "folder"])
 def test_no_fmu(tmp_path, fmu_file, capsys, kind, command):
     """A message with the file's name, status 1, and 2 where validate finds nothing to judge; no traceback, which main()
-    would let through as an exception."""
+    would let through as an exception.
+    """
     path = broken(kind, tmp_path, fmu_file)
     assert main([command, str(path)]) == (2 if command == "validate" and kind in ("missing", "folder") else 1)
     captured = capsys.readouterr()

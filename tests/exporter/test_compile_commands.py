@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import subprocess
 import sys
@@ -50,6 +51,6 @@ def test_its_warnings_are_errors(tmp_path):
 def test_headers_are_there_and_of_the_platform():
     for name, platform in PLATFORMS.items():
         options = compile_commands(platform)[0]["arguments"]
-        folders = [Path(after) for option, after in zip(options, options[1:], strict=False) if option == "-isystem"]
+        folders = [Path(after) for option, after in itertools.pairwise(options) if option == "-isystem"]
         assert len(folders) >= 3 and all(folder.is_dir() for folder in folders), name
         assert any((folder / "stdint.h").is_file() for folder in folders), name

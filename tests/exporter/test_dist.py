@@ -1,5 +1,6 @@
 """The wheel: what it carries, and what it gives to whoever installs it, in an environment that knows nothing of this
-folder. Its FMUs are those in build/, for this machine alone; `make dist` puts in those for every platform."""
+folder. Its FMUs are those in build/, for this machine alone; `make dist` puts in those for every platform.
+"""
 
 from __future__ import annotations
 
@@ -187,14 +188,14 @@ def test_nothing_else_in_site_packages(bare):
 def test_an_unknown_edition():
     """Also where a number was meant: 2.0 and "2.0" are too alike to guess."""
     for edition in ("1.0", "", 2.0, None, "TWIN"):
-        with pytest.raises(ValueError, match="'2.0', '3.0', 'twin'") as refused:
+        with pytest.raises(ValueError, match=r"'2\.0', '3\.0', 'twin'") as refused:
             fmu_src.fmu(edition)
         assert repr(edition) in str(refused.value)
 
 
 def test_not_built_yet(monkeypatch, tmp_path):
     monkeypatch.setattr(fmu_src, "__file__", str(tmp_path / "fmu_src" / "__init__.py"))
-    with pytest.raises(FileNotFoundError, match="fmi3.*is missing: run make build"):
+    with pytest.raises(FileNotFoundError, match=r"fmi3.*is missing: run make build"):
         fmu_src.fmu("3.0")
 
 

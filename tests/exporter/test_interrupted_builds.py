@@ -1,4 +1,4 @@
-"""Builds that meet one another, a full disk or an end in the middle: each file is whole or as it was, nothing is left."""
+"""Builds that meet one another, a full disk or an early end: each file is whole or as it was, nothing is left."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def declared(root, *list_names: str) -> dict[str, dict[str, str]]:
         known = [names[int(index) - 1] for index in unknown.get("dependencies").split()]
         kinds = unknown.get("dependenciesKind").split()
         assert len(kinds) == len(known)
-        found[names[int(unknown.get("index")) - 1]] = dict(zip(known, kinds))
+        found[names[int(unknown.get("index")) - 1]] = dict(zip(known, kinds, strict=True))
     return found
 
 
@@ -179,7 +179,7 @@ def moved(instance: Instance, names: list[str], known: str, point: dict[str, flo
     assert status != DISCARD
     instance.set({known: here})
     assert instance.get(*names) == before
-    return {name for name, a, b in zip(names, before, after) if a != b}
+    return {name for name, a, b in zip(names, before, after, strict=True) if a != b}
 
 
 def test_outputs_depend_on_the_inputs_declared_and_no_others(root, new, fmu):

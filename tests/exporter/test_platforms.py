@@ -139,7 +139,7 @@ def test_universal_binary():
     assert struct.unpack_from(">II", made) == (0xCAFEBABE, 2)
     entries = [struct.unpack_from(">IIIII", made, 8 + 20 * k) for k in range(2)]
     assert [entry[0] for entry in entries] == [0x01000007, 0x0100000C] and [entry[1] for entry in entries] == [3, 3]
-    for library, (_, _, offset, size, bits) in zip((x86, arm), entries):
+    for library, (_, _, offset, size, bits) in zip((x86, arm), entries, strict=True):
         assert bits == 14 and offset % (1 << bits) == 0 and made[offset : offset + size] == library
     assert len(made) == entries[1][2] + len(arm)
 

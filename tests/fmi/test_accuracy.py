@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 from collections.abc import Callable
@@ -71,7 +72,7 @@ def test_nominal_geometry_with_input_derivatives(new):
         landed = instance.get("tip.x", "tip.y")
         with mp.workdps(50):
             exact = Oracle(row.geometry).tip((row.phi - 1.0) + 1.0, 0)[0]
-        assert max(error(found, wanted) for found, wanted in zip(landed, exact)) <= BOUNDS[0], row
+        assert max(error(found, wanted) for found, wanted in zip(landed, exact, strict=True)) <= BOUNDS[0], row
 
 
 # ---- any geometry: no error beyond what the rounding of the inputs does --------------------------
@@ -190,6 +191,6 @@ def test_the_nozzle_angle_does_not_jump_in_a_turn(new):
     for degree in range(0, 361, 2):
         instance.set({"crank.phi": math.radians(degree)})
         angles += instance.get("tip.angle")
-    assert max(abs(b - a) for a, b in zip(angles, angles[1:])) < 0.2
+    assert max(abs(b - a) for a, b in itertools.pairwise(angles)) < 0.2
     assert -3 * math.pi / 2 < min(angles) and max(angles) <= math.pi / 2
     assert angles[0] == pytest.approx(angles[-1], abs=1e-14)

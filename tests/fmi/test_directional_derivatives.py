@@ -34,9 +34,11 @@ def test_against_differences_of_the_outputs(new, name, point):
     differences = [0.0] * len(OUTPUTS)
     for k, weight in SIXTH_ORDER.items():
         instance.set(point | {name: point[name] + k * apart})
-        differences = [sum_ + weight * value / apart for sum_, value in zip(differences, instance.outputs())]
+        differences = [
+            sum_ + weight * value / apart for sum_, value in zip(differences, instance.outputs(), strict=True)
+        ]
     found = instance.set(point).sensitivity(OUTPUTS, {name: 1.0})
-    for output, value, difference in zip(OUTPUTS, found, differences):
+    for output, value, difference in zip(OUTPUTS, found, differences, strict=True):
         assert value == pytest.approx(difference, rel=1e-9, abs=1e-9), output
 
 
@@ -49,7 +51,7 @@ def test_against_the_reference(new, row):
         w = mpf(PLANTING_SPEED)
         exact = [row.exact[1][1], row.exact[2][1] * w, row.exact[3][1] * w**2, -row.exact[2][1]]
     bounds = (1e-14, 2e-13, 4e-12, 1e-14)
-    for value, right, bound in zip(found, exact, bounds):
+    for value, right, bound in zip(found, exact, bounds, strict=True):
         assert error(value, right) <= bound
 
 
@@ -57,7 +59,7 @@ def test_against_the_reference(new, row):
 def test_seeds_add_up(new, point):
     """Along a direction: the sum of the columns, each with its share; doubled seeds double it."""
     instance = new().setup().enter().set(point)
-    seed = dict(zip(INPUTS, (2.0, -3.0, 0.5, 4.0, -1.0, 8.0)))
+    seed = dict(zip(INPUTS, (2.0, -3.0, 0.5, 4.0, -1.0, 8.0), strict=True))
     columns = [instance.sensitivity(OUTPUTS, {name: share}) for name, share in seed.items()]
     expected = [sum(column[i] for column in columns) for i in range(len(OUTPUTS))]
     found = instance.sensitivity(OUTPUTS, seed)
@@ -71,7 +73,7 @@ def test_seeds_add_up(new, point):
 @pytest.mark.parametrize("share", [math.nan, math.inf, -1e200])
 def test_a_seed_that_is_no_number_is_refused(new, share):
     instance = new().setup().enter().set(POINTS[0])
-    with pytest.raises(AssertionError, match="crank.w = .*finite"):
+    with pytest.raises(AssertionError, match=r"crank\.w = .*finite"):
         instance.sensitivity(OUTPUTS, {"crank.phi": 1.0, "crank.w": share})
 
 
@@ -102,7 +104,7 @@ def test_unknowns_are_outputs(new, name):
 
 @pytest.mark.parametrize("mode", ["Initialization", "Event", "ContinuousTime", "Step", "Terminated"])
 def test_nothing_depends_on_the_time_itself(new, mode, version):
-    """The independent variable is a known in every mode (FMI 2.0.4, section 2.1.9; FMI 3.0.2, 2.4.8): its column is 0."""
+    """The independent variable is a known in every mode (FMI 2.0.4, section 2.1.9; FMI 3.0.2, 2.4.8), of column 0."""
     prefix = f"fmi{version}"
     instance = new(model_exchange=mode in ("Event", "ContinuousTime")).setup().enter().set(POINTS[0])
     if mode != "Initialization":

@@ -59,7 +59,7 @@ def test_any_default_experiment_runs(fmu_file, one_turn):
     """Without any option: times and step of modelDescription.xml."""
     result = fmpy.simulate_fmu(str(fmu_file), input=read_csv(str(one_turn)))
     assert result["time"][-1] == pytest.approx(60 / 65, abs=1e-2)
-    assert set(result.dtype.names) == {"time"} | set(name for name in fmpy_outputs(fmu_file))
+    assert set(result.dtype.names) == {"time", *fmpy_outputs(fmu_file)}
 
 
 def fmpy_outputs(fmu_file: Path) -> list[str]:

@@ -111,6 +111,8 @@ NOWHERE: set[str] = set()
 
 
 class Call(NamedTuple):
+    """A function of FMI 3.0, arguments for it, and the states in which it is legal."""
+
     function: str
     arguments: Callable[[Instance3], tuple]
     co_simulation: set[str]

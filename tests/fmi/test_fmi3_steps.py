@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -160,7 +161,7 @@ def test_event_mode_does_not_disturb_the_prediction(new):
     rotation, times = uneven(), [i * 1e-3 for i in range(40)]
     plain = drive(new().initialize(), rotation, times, angle_only)
     instance, found = new(event_mode=True).initialize().to("Step"), []
-    for start, end in zip(times[:-1], times[1:]):
+    for start, end in itertools.pairwise(times):
         instance.to("Event").set({"crank.phi": 7.0}).set({"crank.phi": rotation.phi(start)}).to("Step")
         instance.step(start, end - start)
         found.append(instance.get("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay"))
@@ -172,7 +173,7 @@ def test_a_wrapped_angle_in_event_mode(new):
     rotation, times = uneven(), [0.9 + i * 1e-3 for i in range(60)]
     plain = drive(new().initialize(start=0.9), rotation, times, angle_only)
     instance, found = new(event_mode=True).initialize(start=0.9).to("Step"), []
-    for start, end in zip(times[:-1], times[1:]):
+    for start, end in itertools.pairwise(times):
         instance.to("Event").set({"crank.phi": rotation.phi(start) % (2 * math.pi)}).to("Step").step(start, end - start)
         found.append(instance.get("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay"))
     assert found == [pytest.approx(list(row), abs=1e-6) for row in plain]
@@ -229,7 +230,7 @@ def test_inputs_at_the_end_leave_no_lag(new, h):
 
     times = [i * h for i in range(50)]
     instance, found = new(intermediate=give, required=["crank.phi"]).initialize({"crank.w": rotation.w(0)}), []
-    for start, end in zip(times[:-1], times[1:]):
+    for start, end in itertools.pairwise(times):
         instance.step(start, end - start)
         found.append(instance.get("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay"))
     off = abs(exact_tip(rotation, times[1:]) - found).max(axis=0)
@@ -248,7 +249,7 @@ def test_inputs_at_the_end_are_samples_of_the_next_step(new):
 
     plain = drive(new().initialize(), rotation, times, angle_only)
     instance = new(intermediate=give).initialize()
-    for start, end in zip(times[:-1], times[1:]):
+    for start, end in itertools.pairwise(times):
         instance.step(start, end - start)
     assert [bits(row) for row in predicted] == [bits(row[:2]) for row in plain]
     off = distances(plain, exact_tip(rotation, times[1:]))

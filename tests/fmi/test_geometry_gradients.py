@@ -1,8 +1,8 @@
 """Derivatives of every output by the geometry, where the standard has them: in initialization mode.
 
 There parameters may change, and outputs depend on them as ModelStructure's InitialUnknowns say (FMI 2.0.4, sections
-2.1.9 and 2.2.8; FMI 3.0, section 2.2, "Getting Partial Derivatives"). In all other modes they are fixed: knowns are the inputs and the
-state machine.s.
+2.1.9 and 2.2.8; FMI 3.0, section 2.2, "Getting Partial Derivatives"). In all other modes they are fixed: knowns are the
+inputs and the state machine.s.
 """
 
 from __future__ import annotations
@@ -48,7 +48,9 @@ def by_parameter(name: str, of: Callable[[Oracle, float, int], list]) -> Callabl
             for side in (step, -step):
                 changed = Oracle(oracle.geometry | {name: oracle.geometry[name] + side}, digits)
                 sides.append([v if isinstance(v, tuple) else (v,) for v in of(changed, phi, order)])
-            return [tuple((a - b) / (2 * step) for a, b in zip(*pair)) for pair in zip(*sides)]
+            return [
+                tuple((a - b) / (2 * step) for a, b in zip(*pair, strict=True)) for pair in zip(*sides, strict=True)
+            ]
 
     return derivative
 
@@ -60,7 +62,7 @@ def check(instance: Instance, row: Row, name: str, of: Callable, outputs: list[s
     found = iter(instance.sensitivity(outputs, {f"geometry.{name}": 1.0}))
     for n, components in enumerate(exact(Oracle(row.geometry), row.phi, order)):
         length = float(mp.sqrt(sum(component**2 for component in components)))
-        for component, bound in zip(components, allowed[n]):
+        for component, bound in zip(components, allowed[n], strict=True):
             off = error(next(found), component)
             # the second: a unit vector's components where the angle hardly moves them
             assert off <= 4 * bound + 4e-16 * length, f"{name}, derivative {n}: {off / bound:.2f} times the rounding"
@@ -105,9 +107,9 @@ def test_against_differences_of_the_outputs(new, name, point):
     differences = [0.0] * len(UNKNOWNS)
     for k, weight in SIXTH_ORDER.items():
         values = instance.set({name: here + k * apart}).get(*UNKNOWNS)
-        differences = [sum_ + weight * value / apart for sum_, value in zip(differences, values)]
+        differences = [sum_ + weight * value / apart for sum_, value in zip(differences, values, strict=True)]
     found = instance.set({name: here}).sensitivity(UNKNOWNS, {name: 1.0})
-    for unknown, value, difference in zip(UNKNOWNS, found, differences):
+    for unknown, value, difference in zip(UNKNOWNS, found, differences, strict=True):
         assert value == pytest.approx(difference, rel=1e-8, abs=1e-8), unknown
 
 
@@ -131,8 +133,8 @@ def test_adjoint_and_directional_derivative_are_transposes(new, seed):
     instance = initializing(new(), row.geometry, inputs)
     weights = {name: chance.uniform(-1, 1) for name in chance.sample(UNKNOWNS, chance.randint(1, len(UNKNOWNS)))}
     direction = {name: chance.uniform(-1, 1) for name in chance.sample(KNOWNS, chance.randint(1, len(KNOWNS)))}
-    forward = [w * s for w, s in zip(weights.values(), instance.sensitivity(weights, direction))]
-    backward = [s * v for s, v in zip(instance.adjoint(weights, direction), direction.values())]
+    forward = [w * s for w, s in zip(weights.values(), instance.sensitivity(weights, direction), strict=True)]
+    backward = [s * v for s, v in zip(instance.adjoint(weights, direction), direction.values(), strict=True)]
     scale = sum(map(abs, forward)) + sum(map(abs, backward))
     assert sum(forward) == pytest.approx(sum(backward), abs=1e-13 * scale)
 

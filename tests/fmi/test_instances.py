@@ -62,5 +62,5 @@ def test_messages_go_to_the_instance_that_they_are_about(new):
     instances = [new(name) for name in ("left", "right")]
     for instance in instances:
         instance.call("fmi2ExitInitializationMode")
-    for instance, name in zip(instances, ("left", "right")):
+    for instance, name in zip(instances, ("left", "right"), strict=True):
         assert [message.instance for message in instance.messages] == [name]

@@ -68,7 +68,8 @@ EVERY = {"logEvents", "logStatusDiscard", "logStatusError"}
 @pytest.mark.parametrize("at_first", [True, False])
 def test_categories_choose(new, at_first, on, names, told):
     """FMI 2.0.4, section 2.1.5: the categories named and no others. Where logging is off, an error is still told: its
-    status alone would help nobody (section 2.1.3)."""
+    status alone would help nobody (section 2.1.3).
+    """
     instance = new(logging=at_first)
     assert categories(instance, on, *names) == OK
     assert provoke(instance) == [ERROR, DISCARD, ERROR]

@@ -58,9 +58,9 @@ def set_state(instance: Instance, travel: float) -> int:
     return call(instance, "fmi2SetContinuousStates", byref(c_double(travel)), 1)
 
 
-def exchanging(new, start: dict[str, float | bool] = {}) -> Instance:
+def exchanging(new, start: dict[str, float | bool] | None = None) -> Instance:
     """In continuous-time mode."""
-    instance = new(model_exchange=True).initialize(start)
+    instance = new(model_exchange=True).initialize(start or {})
     assert update_discrete_states(instance) == [0] * 6
     demand(instance, "fmi2EnterContinuousTimeMode")
     return instance
@@ -293,7 +293,7 @@ def test_null_for_what_is_told(new):
 def test_directional_derivatives(new, known):
     """By inputs and by the state, of outputs and of the state's derivative."""
     instance = exchanging(new).set(INPUTS)
-    found = dict(zip(COMPUTED, instance.sensitivity(COMPUTED, {known: 2.0})))
+    found = dict(zip(COMPUTED, instance.sensitivity(COMPUTED, {known: 2.0}), strict=True))
     ones = {"machine.s": {"machine.s", "ground.x"}, "machine.v": {"der(machine.s)", "ground.vx"}}
     if known in ones:
         assert {name for name, value in found.items() if value} == ones[known]

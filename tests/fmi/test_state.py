@@ -89,7 +89,7 @@ def test_start_values_are_part_of_the_state(new):
 def test_the_greatest_inputs_are_part_of_the_state(new, sign, fmu):
     """All that may be set may be saved, sent and restored."""
     instance, other = new().setup().enter(), new()
-    instance.set({name: sign * 1e60 for name in fmu.names("input")} | {"machine.s": -sign * 1e60})
+    instance.set(dict.fromkeys(fmu.names("input"), sign * 1e60) | {"machine.s": -sign * 1e60})
     assert bits(other.deserialize(instance.serialize()).outputs()) == bits(instance.outputs())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -100,7 +101,7 @@ def drive(
     The inputs of a step are those of its start or, with `given_at_end`, of its end.
     """
     rows = []
-    for start, end in zip(times[:-1], times[1:], strict=True):
+    for start, end in itertools.pairwise(times):
         values, derivatives = giving(rotation, end if given_at_end else start)
         instance.set(values)
         if derivatives:

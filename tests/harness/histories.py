@@ -30,6 +30,8 @@ PATTERNS = {
 
 @dataclass(frozen=True)
 class Stretch:
+    """Steps of one kind, and what befalls the crank in them."""
+
     pattern: str
     count: int
     step: float  # s
@@ -39,6 +41,8 @@ class Stretch:
 
 @dataclass(frozen=True)
 class History:
+    """A motion of the crank, and the steps and slips through which a host gives it."""
+
     speed: float  # rad/s
     ripple: float  # of the speed
     beat: float  # rad/s, of the ripple

@@ -109,12 +109,12 @@ class Instance3(Instance):
         def receive(environment, status, category, text):
             self.messages.append(Message(name or "none", status, category.decode(), text.decode()))
 
-        def update(environment, time, set_requested, get_allowed, finished, can_return, requested, early_time):
+        def update(environment, time, set_requested, get_allowed, finished, can_return, requested, early_time):  # noqa: PLR0917 - FMI's
             try:
                 wanted = intermediate(self, time, set_requested, get_allowed, finished, can_return)
                 if wanted is not None:
                     requested[0], early_time[0] = True, wanted
-            except BaseException as problem:  # ctypes would only print it
+            except BaseException as problem:  # noqa: BLE001 - ctypes would only print it
                 self._failure = problem
 
         self._logger = fmi3LogMessageCallback(receive) if with_logger else fmi3LogMessageCallback()

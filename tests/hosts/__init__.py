@@ -1,0 +1,1 @@
+"""The FMUs in hosts that others wrote, and on other platforms."""

@@ -1,8 +1,8 @@
 """What foreign hosts drive the linkage through, and the exact answer to it.
 
 Two motions of the crank, each STEPS communication steps of STEP: `even`, where the component's prediction is exact,
-and `ripple`, where it is within the coupling table of connecting.md. The machine's speed keeps to the crank's (one plant every
-400 mm), so that the travel has a closed form too. All hosts give angle, speed and acceleration.
+and `ripple`, where it is within the coupling table of connecting.md. The machine's speed keeps to the crank's (one
+plant every 400 mm), so that the travel has a closed form too. All hosts give angle, speed and acceleration.
 """
 
 from __future__ import annotations

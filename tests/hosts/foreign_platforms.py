@@ -38,13 +38,14 @@ HEADINGS = ("FMI", "platform", "run by", "answers", "numbers", "different", "wor
 
 
 class CannotRun(RuntimeError):
-    """This machine lacks what runs the platform's programs; the message names it."""
+    """The machine lacks what runs the platform's programs; the message names it."""
 
 
 @dataclass(frozen=True)
 class Difference:
     """Two platforms' answers: how many numbers, how many of them differ, the worst difference in units in the last
-    place, and the first line that is not the same, of each (None where all are)."""
+    place, and the first line that is not the same, of each (None where all are).
+    """
 
     lines: int
     numbers: int
@@ -75,10 +76,10 @@ def first_program(names: Sequence[str], what: str) -> str:
 
 
 def answers(version: int, library: Path, target: Platform, folder: Path) -> list[str]:
-    """The lines that the C host prints for this binary of FMI 2 or 3; raises CannotRun, and RuntimeError where it fails."""
+    """The lines that the C host prints for a binary; raises CannotRun, and RuntimeError where it fails."""
     command = runner(target)
     program = folder / f"platform_bits{version}-{target.name}{'.exe' if target.suffix == '.dll' else ''}"
-    # -s as the FMU has it: else zig builds the C library of Windows a second time, over a minute where its cache is cold
+    # -s as the FMU has it: else zig builds the C library of Windows a second time, a minute with a cold cache
     options = ("-I", str(ROOT), f"-DFMI={version}", "-s", *(() if target.suffix == ".dll" else ("-ldl",)))
     compile_program((SOURCE,), program, target, *options)
     WINE_PREFIX.parent.mkdir(parents=True, exist_ok=True)
@@ -99,13 +100,13 @@ def answers(version: int, library: Path, target: Platform, folder: Path) -> list
 def compare(ours: Sequence[str], theirs: Sequence[str]) -> Difference:
     """Line by line, number by number."""
     numbers = different = worst = 0
-    first = next(((a, b) for a, b in zip(ours, theirs) if a != b), None)
+    first = next(((a, b) for a, b in zip(ours, theirs, strict=True) if a != b), None)
     if first is None and len(ours) != len(theirs):
         first = (f"{len(ours)} lines", f"{len(theirs)} lines")
-    for a, b in zip(ours, theirs):
+    for a, b in zip(ours, theirs, strict=True):
         if a.startswith(("message", "state")):
             continue
-        for left, right in zip(a.split(), b.split()):
+        for left, right in zip(a.split(), b.split(), strict=True):
             if len(left) == len(right) == 16:
                 numbers += 1
                 different += left != right

@@ -151,7 +151,7 @@ def tell(line: str) -> None:
 
 
 def plan(names: list[str]) -> dict[str, str]:
-    """Says what will be run, and what has to be fetched and built for it; returns what this machine lacks, by module."""
+    """Says what will be run, fetched and built; returns what this machine lacks, by module."""
     lacks = {name: lack for name in names if (lack := load(name).missing())}
     running = list(dict.fromkeys(load(name).NAME for name in names if name not in lacks))
     tell(f"hosts and checkers: {', '.join(running) or 'none'}")
@@ -169,13 +169,18 @@ def unprepared(names: list[str]) -> list[str]:
 
 
 def prepare(names: list[str]) -> dict[str, str]:
-    """Fetches and builds each tool once, saying every HEARTBEAT how far it is; returns why one cannot be had, by module."""
+    """Fetches and builds each tool once, saying how far it is; returns why one cannot be had, by module."""
     failed = {}
     for name in unprepared(names):
         begin, module = time.monotonic(), load(name)
         tell(f"{module.NAME}: {module.PREPARED}")
         try:
-            in_process("prepare", name, limit=PREPARATION_LIMIT, beat=lambda: tell(beat_line(module, begin)))
+            in_process(
+                "prepare",
+                name,
+                limit=PREPARATION_LIMIT,
+                beat=lambda module=module, begin=begin: tell(beat_line(module, begin)),
+            )
         except Failed as failure:
             tell(f"skipped: {module.NAME}: {failure}")
             failed |= {
@@ -302,11 +307,16 @@ def write(runs: list[Run], checks: list[Check], skipped: dict[str, str], folder:
         "\n".join(f"- {note}" for note in notes(runs, checks, skipped)),
     ]  # fmt: skip
     (folder / "hosts.md").write_text("\n\n".join(part.rstrip() for part in text) + "\n", encoding="utf-8")
-    headings = ("host", "package", "version", "fmi", "interface", "inputs", "drive", "position_mm", "velocity_mm_s",
-                "acceleration_mm_s2", "travel_mm", "bound_mm", "bound_from", "seconds", "verdict", "remark")  # fmt: skip
-    write_csv(folder / "hosts.csv", headings, (csv_row(run, drive) for run in runs for drive in DRIVES))
-    write_csv(folder / "checkers.csv", ("checker", "package", "version", "fmi", "seconds", "verdict", "remark"), (
-        (c.checker.NAME, c.checker.PACKAGE, c.version, c.edition, c.seconds, c.verdict, c.remark) for c in checks))  # fmt: skip
+    headings = (
+        "host package version fmi interface inputs drive position_mm velocity_mm_s acceleration_mm_s2 travel_mm "
+        "bound_mm bound_from seconds verdict remark"
+    )
+    write_csv(folder / "hosts.csv", headings.split(), (csv_row(run, drive) for run in runs for drive in DRIVES))
+    checked = (
+        (c.checker.NAME, c.checker.PACKAGE, c.version, c.edition, c.seconds, c.verdict, c.remark) for c in checks
+    )
+    headings = "checker package version fmi seconds verdict remark"
+    write_csv(folder / "checkers.csv", headings.split(), checked)
 
 
 def csv_row(run: Run, drive: str) -> tuple[object, ...]:

@@ -1,4 +1,4 @@
-"""What CasADi takes from the FMU besides values: Jacobians, reverse mode, integration with sensitivities, in both versions.
+"""What CasADi takes from the FMU besides values: Jacobians, reverse mode, integration with sensitivities.
 
 tests/hosts/foreign/casadi_host.py says how CasADi sees an FMU; test_foreign_hosts.py runs the drives through it.
 """
@@ -51,7 +51,7 @@ def test_rates_and_outputs(builder, new, point):
 
 @pytest.mark.parametrize("point", POINTS)
 def test_jacobians(builder, new, point):
-    """By the time, the state and the inputs: what fmi2- or fmi3GetDirectionalDerivative says, structural zeros left out."""
+    """By time, state and inputs: what fmi2- or fmi3GetDirectionalDerivative says, structural zeros left out."""
     function = builder.create("f", ARGUMENTS, RESULTS)
     found = function.jacobian()(*arguments(builder, point, 0.25), 0, np.zeros(len(builder.y())))
     instance = expected(new, point, 0.25)

@@ -1,0 +1,1 @@
+"""The pure part: geometry, derivatives, directions."""

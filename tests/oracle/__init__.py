@@ -1,0 +1,1 @@
+"""The 50-digit mechanism that the FMU is held against."""

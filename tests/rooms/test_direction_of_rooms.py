@@ -1,6 +1,7 @@
-"""The direction of the rooms: who may import or include whom. An arrow that runs up, or a circle, fails with both names.
+"""The direction of the rooms: who may import or include whom.
 
-Files are read as text, Python by its syntax tree, C by its #include lines: nothing is imported or compiled.
+An arrow that runs up, or a circle, fails with both names. Files are read as text, Python by its syntax tree, C by its
+#include lines: nothing is imported or compiled.
 """
 
 from __future__ import annotations

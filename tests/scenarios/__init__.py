@@ -1,0 +1,1 @@
+"""The stories, each run as a user runs it."""

@@ -1,4 +1,4 @@
-"""What the FMUs of the row declare of their dependencies: that it is so, and that hosts which sort by it find no loop."""
+"""What the FMUs of the row declare of their dependencies: it is so, and hosts that sort by it find no loop."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def test_the_standard_s_schema_is_asked(row: row_run.Row, monkeypatch: pytest.Mo
 
 
 def test_what_cannot_be_connected_is_said(row: row_run.Row) -> None:
-    with pytest.raises(SystemFault, match="drivetrain: Drivetrain.fmu has no variable 'shaft.length'"):
+    with pytest.raises(SystemFault, match=r"drivetrain: Drivetrain\.fmu has no variable 'shaft.length'"):
         ssp.structure(row.system.with_parameters({"drivetrain.shaft.length": 1.0}), 1.0)
 
 
@@ -156,7 +156,7 @@ def test_the_engines_take_a_system_that_the_row_takes(tmp_path: Path) -> None:
 
 def test_ecos_without_its_library_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine_run, "files", lambda package: [])
-    with pytest.raises(RuntimeError, match="oneTBB.*pip install tbb"):
+    with pytest.raises(RuntimeError, match=r"oneTBB.*pip install tbb"):
         engine_run.ecos(Path("none"), 0.01, 0.01, ())
 
 
@@ -166,7 +166,7 @@ def test_an_engine_that_does_something_else_is_found_out(key: str, row: row_run.
     step, count, watched = 5e-3, 200, ("drivetrain.crank.phi", "linkage.ground.x")
     other = row.system.with_parameters({"drivetrain.shaft.k": 1500.0})
     base = engines.ours(other, watched, np.arange(count) * step, np.full(count, step), lambda: None)
-    found = engines.compare(key, other, archive, watched, base, step, count * step, lambda: None)
+    found = engines.compare(key, other, archive, watched, base, step=step, stop=count * step, done=lambda: None)
     assert found.values is not None and not found.agrees and not found.same
     said = " ".join(engines.sentences([found], count, len(watched)))
     assert "does not agree with our Jacobi master" in said and "they differ in something else, too" in said
@@ -199,7 +199,7 @@ def test_other_names_and_units_reach_the_engine(key: str, fmu_file: Path, tmp_pa
     step, count, watched = 0.1, 10, ("front.ground.vx", "behind.machine.s", "behind.ground.x")
     base = engines.ours(system, watched, np.arange(count) * step, np.full(count, step), lambda: None)
     assert base[-1, 1] == pytest.approx(1 / 3.6, rel=1e-12)
-    found = engines.compare(key, system, archive, watched, base, step, 1.0, lambda: None)
+    found = engines.compare(key, system, archive, watched, base, step=step, stop=1.0, done=lambda: None)
     assert found.agrees, (found.problem, found.off)
 
 
@@ -207,7 +207,14 @@ def test_other_names_and_units_reach_the_engine(key: str, fmu_file: Path, tmp_pa
 def test_what_an_engine_says_when_it_fails_is_in_the_table(key: str, row: row_run.Row, tmp_path: Path) -> None:
     (tmp_path / "broken.ssp").write_bytes(b"no archive")
     found = engines.compare(
-        key, row.system, tmp_path / "broken.ssp", ("linkage.ground.x",), np.zeros((3, 1)), 0.01, 0.03, lambda: None
+        key,
+        row.system,
+        tmp_path / "broken.ssp",
+        ("linkage.ground.x",),
+        np.zeros((3, 1)),
+        step=0.01,
+        stop=0.03,
+        done=lambda: None,
     )
     assert not found.agrees and not found.missing and found.problem
     assert engines.agreement([found], ("linkage.ground.x",))[0][1:3] == ("not run", found.problem)
@@ -220,5 +227,5 @@ def test_an_engine_that_is_not_installed_is_said_and_is_no_failure(
         raise PackageNotFoundError(package)
 
     monkeypatch.setattr(engines, "version", none)
-    found = engines.compare("ecos", row.system, tmp_path, (), np.zeros((1, 0)), 0.01, 0.01, lambda: None)
+    found = engines.compare("ecos", row.system, tmp_path, (), np.zeros((1, 0)), step=0.01, stop=0.01, done=lambda: None)
     assert found.missing and "ecospy is not installed" in found.problem

@@ -184,7 +184,7 @@ def test_cycle_csv_holds_time_angle_and_every_output(finished: Finished, fmu: Pa
     outputs = [v.name for v in read_model_description(str(fmu)).modelVariables if v.causality == "output"]
     lines = (finished.output / "cycle.csv").read_text().splitlines()
     assert lines[0].split(",") == ["time", "crank.phi", *outputs]
-    samples = {name: column for name, column in zip(lines[0].split(","), np.loadtxt(lines[1:], delimiter=",").T)}
+    samples = dict(zip(lines[0].split(","), np.loadtxt(lines[1:], delimiter=",").T, strict=True))
     assert len(samples["time"]) == 721
     assert samples["crank.phi"][-1] == pytest.approx(2 * np.pi)
     np.testing.assert_allclose(samples["crank.phi"], samples["time"] * 65 / 60 * 2 * np.pi, atol=1e-10)

@@ -91,7 +91,7 @@ def test_the_shaft_swings_with_its_own_frequency():
         -0.005 * math.exp(-decay * t) * (math.cos(w * t) + decay / w * math.sin(w * t))
         for t in (i * 1e-3 for i in range(1, 401))
     ]
-    assert max(abs(a - b) for a, b in zip(samples, exact)) < 1e-6
+    assert max(abs(a - b) for a, b in zip(samples, exact, strict=True)) < 1e-6
 
 
 def test_the_drivetrains_power_balances_to_its_integrators_error(monkeypatch):

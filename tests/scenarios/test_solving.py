@@ -59,9 +59,9 @@ def library(folder: Path) -> Library:
 def test_the_truth_is_that_of_the_reference_tables():
     some = rows("nominal")[::40]
     found = way.truth(np.array([row.phi for row in some]))
-    for row, answers in zip(some, found):
+    for row, answers in zip(some, found, strict=True):
         for n, pair in enumerate(row.exact[:3]):
-            for component, (head, low) in zip(pair, answers[2 * n : 2 * n + 2]):
+            for component, (head, low) in zip(pair, answers[2 * n : 2 * n + 2], strict=True):
                 true = component * (way.mpf(SPEED) ** n)
                 assert abs(way.mpf(head) + way.mpf(low) - true) <= abs(true) * way.mpf(10) ** -15
                 assert head == pytest.approx(float(true), rel=1e-15)
@@ -92,7 +92,10 @@ def check(one: Way, exact: np.ndarray) -> None:
         errors, why = measure.verify(one, order, PHI, exact)
         assert not why, f"{one.title}: {why}"
         assert len(errors) == order + 1
-        assert all(error <= bound for error, bound in zip(errors, BOUNDS.get(one.key, EXACT))), (one.title, errors)
+        assert all(error <= bound for error, bound in zip(errors, BOUNDS.get(one.key, EXACT), strict=True)), (
+            one.title,
+            errors,
+        )
         assert one.nanoseconds(PHI[:20], order) > 0
 
 

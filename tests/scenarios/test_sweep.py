@@ -72,7 +72,7 @@ def test_a_latin_hypercube_has_one_value_in_each_layer_and_is_the_same_again() -
     study = Study("", "", {"a": (1.0, 3.0), "b": (-10.0, 10.0)}, 0, 50, 7)
     points = study.points()
     assert np.array_equal(points, study.points())
-    for column, (low, high) in zip(points.T, study.ranges.values()):
+    for column, (low, high) in zip(points.T, study.ranges.values(), strict=True):
         assert sorted(np.floor((column - low) / (high - low) * 50).astype(int)) == list(range(50))
     assert not np.array_equal(points, Study("", "", study.ranges, 0, 50, 8).points())
 
@@ -165,7 +165,7 @@ def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             encoding="utf-8",
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - the tests have no threads
         )
         deadline = time.monotonic() + HANG
         while len(list((output / "results").glob("*.parquet"))) < until and time.monotonic() < deadline:

@@ -70,7 +70,7 @@ def test_noise_names_scatter_and_who_else_ran() -> None:
 
 
 def step_rounds(core: list[float], step: list[float], sincos: float = 10.0) -> list[dict[str, float]]:
-    return [{"sincos": sincos, "core_2": c, step_cost.STEP: s} for c, s in zip(core, step)]
+    return [{"sincos": sincos, "core_2": c, step_cost.STEP: s} for c, s in zip(core, step, strict=True)]
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def step_rounds(core: list[float], step: list[float], sincos: float = 10.0) -> l
 )
 def test_bounds_of_a_step_are_judged_by_what_was_measured(step: list[float], said: tuple[str, str]) -> None:
     verdicts = step_cost.verdicts(step_rounds([50.0] * 3, step))
-    assert len(verdicts) == 2 and all(words in verdict for words, verdict in zip(said, verdicts))
+    assert len(verdicts) == 2 and all(words in verdict for words, verdict in zip(said, verdicts, strict=True))
     assert "the bound of 1.4" in verdicts[0] and "the bound of 5.8" in verdicts[1]
 
 

@@ -75,7 +75,9 @@ def test_rows_do_not_share_anything(fmu_file: Path) -> None:
 
 def taken(*each: list[float]) -> np.ndarray:
     """Times of a step: a row a round, of one instance 1 s, of so many more what each of them takes is given."""
-    return np.column_stack([np.ones(len(each[0])), *(np.array(times) * count for times, count in zip(each, (2, 4)))])
+    return np.column_stack(
+        [np.ones(len(each[0])), *(np.array(times) * count for times, count in zip(each, (2, 4), strict=True))]
+    )
 
 
 def test_what_an_instance_costs_among_others_is_said_only_where_the_scatter_carries_it() -> None:

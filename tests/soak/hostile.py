@@ -80,8 +80,8 @@ def plant(folder: Path, steps: int) -> Season:
 
 
 def main() -> int:
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         for version, (sanitizer, threads) in product(FUZZERS, (("memory", 1), ("threads", 4))):
             name = f"fuzzer of FMI {version}.0, {sanitizer}"
             try:

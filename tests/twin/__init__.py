@@ -1,0 +1,1 @@
+"""The mechanism in numpy, its FMU, and the printed equations."""

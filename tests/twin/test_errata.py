@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from operator import attrgetter
 from types import SimpleNamespace
 
 import numpy as np
@@ -67,10 +68,10 @@ def true_state(phi: float, geometry: dict[str, float] = NOMINAL) -> SimpleNamesp
     with mp.workdps(DIGITS):
         state = {"phi": -mpf(phi), "dphi1": -CRANK_SPEED, "dphi4": -CRANK_SPEED, "ddphi4": mpf(0)}
         for name in ("phi2", "phi3", "phi5", "phi6", "phi7", "phi8", "phi9"):
-            for n, value in enumerate(oracle.angle(lambda pose: getattr(pose, name), phi, 2)):
+            for n, value in enumerate(oracle.angle(attrgetter(name), phi, 2)):
                 state["d" * n + name] = value * CRANK_SPEED**n
         for name in "ABDEFHJ":
-            for n, value in enumerate(oracle.derivatives(lambda pose: getattr(pose, name), phi, 2)):
+            for n, value in enumerate(oracle.derivatives(attrgetter(name), phi, 2)):
                 state["d" * n + "X_" + name] = value.real * CRANK_SPEED**n
                 state["d" * n + "Y_" + name] = value.imag * CRANK_SPEED**n
     return SimpleNamespace(**state)
@@ -94,9 +95,12 @@ def deviations(equation: str, names: str) -> list[mpf]:
             values = getattr(printed, f"equation_{equation}")(g, s)
             found.append(values if isinstance(values, tuple) else (values,))
             true.append([getattr(s, name) for name in names.split()])
-        off = [[direction_aware(names, f - t) for f, t in zip(*both, strict=True)] for both in zip(found, true)]
-        greatest = [max(abs(t) for t in column) for column in zip(*true)]
-        return [max(column) / great for column, great in zip(zip(*off), greatest)]
+        off = [
+            [direction_aware(names, f - t) for f, t in zip(*both, strict=True)]
+            for both in zip(found, true, strict=True)
+        ]
+        greatest = [max(abs(t) for t in column) for column in zip(*true, strict=True)]
+        return [max(column) / great for column, great in zip(zip(*off, strict=True), greatest, strict=True)]
 
 
 def direction_aware(names: str, difference: mpf) -> mpf:

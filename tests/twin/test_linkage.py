@@ -229,7 +229,7 @@ def test_impossible_geometries(change, message):
 
 @pytest.mark.parametrize("phi", [math.nan, [0.0, math.inf]])
 def test_angles_that_are_no_numbers(phi):
-    with pytest.raises(ValueError, match="phi = .* is not finite"):
+    with pytest.raises(ValueError, match=r"phi = .* is not finite"):
         solve(Geometry(), phi)
 
 
@@ -270,7 +270,7 @@ def test_the_first_angle_of_an_array_that_cannot_be_reached():
 def test_exactly_at_a_dead_point():
     """OA and CD along x, with AB and DB just long enough: nothing is rounded here."""
     geometry = Geometry(L1=0.0625, L2=0.0625, L3=0.0625, L4=0.0625, XC=0.125, YC=0.0, phi1=0.0, phi4=0.0)
-    with pytest.raises(UnreachablePose, match="ABD .* its dead point exactly") as refused:
+    with pytest.raises(UnreachablePose, match=r"ABD .* its dead point exactly") as refused:
         solve(geometry, 0.0, 1)
     assert refused.value.miss == 0
 

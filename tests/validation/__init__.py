@@ -1,0 +1,1 @@
+"""`linkage-fmu validate`, with FMUs that are wrong in one way each."""

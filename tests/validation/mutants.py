@@ -33,7 +33,8 @@ Files = dict[str, bytes]
 @dataclass(frozen=True)
 class Mutant:
     """what: what is wrong with it. fmu: of which FMU it is made. write: makes the file. check: title of the result that
-    must say `says` (a regular expression), at this level."""
+    must say `says` (a regular expression), at this level.
+    """
 
     name: str
     what: str
@@ -108,7 +109,7 @@ def built(version: int) -> Files:
 
 
 def ours(version: int, name: str, what: str, changes, check: str, says: str, level: str = ERROR) -> None:
-    """This project's FMU with another description; a change's old text may be a regular expression."""
+    """The project's FMU with another description; a change's old text may be a regular expression."""
 
     def content() -> Files:
         text = built(version)[XML].decode()

@@ -151,7 +151,7 @@ def begun(tmp_path: Path, *arguments: str | Path) -> subprocess.Popen[str]:
 
     command = subprocess.Popen(
         [COMMAND, "validate", good, sleeps, "--timeout", "100", *ALONE, *arguments], text=True, start_new_session=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=as_from_a_terminal,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=as_from_a_terminal,  # noqa: PLW1509 - the tests have no threads
     )  # fmt: skip
     for line in command.stdout:
         if line.startswith("6 passed"):

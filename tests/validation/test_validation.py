@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 from junitparser import JUnitXml
 
-from fmu_src.exporter.archive import write_archive
 from fmu_src.cli import main
+from fmu_src.exporter.archive import write_archive
 from fmu_src.exporter.compiler import host_platform
 from fmu_src.formats import ls_wasm
 from fmu_src.validation import process
@@ -116,7 +116,8 @@ def test_a_foreign_fmu(checked, edition):
 
 def test_the_twin(checked):
     """What PythonFMU makes is foreign code around our interface: less portable binaries, and the right values. (Its
-    version 0.7.0 keeps every instance; that is told under memory.)"""
+    version 0.7.0 keeps every instance; that is told under memory.)
+    """
     results = checked(TWIN, tuple({*NAMES} - {"memory"}))
     said = warned(results, "symbols", "libraries", "glibc", "token (CS)")
     assert "PySlaveInstance" in said and "python3.dll" in said and "glibc 2.32" in said and "any token" in said

@@ -56,7 +56,7 @@ def _build(source: Path, fmu: Path) -> None:
             raise PartnerError(f"{source.name} does not load:\n{done.stderr.strip()}")
         _mend(made)
         _finish(made)
-        os.replace(made, fmu)
+        made.replace(fmu)
 
 
 def _mend(fmu: Path) -> None:

@@ -31,6 +31,8 @@ FOLLOWED = ("crank.phi", "tip.x", "tip.y", "tip.angle")
 
 
 class Conveyor(Partner):
+    """The cups over the nozzle, which turn with the crank."""
+
     description = "Ring of cups: drops a seedling a turn, which the nozzle catches or misses"
     variables = (
         Variable("crank.phi", "input", 0.0, "rad", "Angle turned by the crank in the working direction, unbounded"),
@@ -110,7 +112,7 @@ class Conveyor(Partner):
         def from_mouth(time: float) -> tuple[float, float]:
             """The seedling's position, from the middle of the mouth."""
             share = (time - begin) / (end - begin)
-            _, x, y, angle = (a + share * (b - a) for a, b in zip(was, now))
+            _, x, y, angle = (a + share * (b - a) for a, b in zip(was, now, strict=True))
             length = p["nozzle.length"]
             return (
                 fall["x"] - (x - length * math.cos(angle)),

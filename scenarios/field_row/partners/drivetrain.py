@@ -30,6 +30,8 @@ SPEED = ("speed.cruise", "speed.ramp", "speed.headland", "disturbance.share", "d
 
 
 class Drivetrain(Partner):
+    """From the ground wheel to the crank, which the linkage's torque loads."""
+
     description = "Ground-wheel drive with an elastic shaft: machine speed and crank angle, loaded by the linkage"
     variables = (
         Variable("crank.tau", "input", 0.0, "N.m", "Torque that the linkage takes, in the working direction"),
@@ -123,7 +125,9 @@ class Drivetrain(Partner):
     def do_step(self, current_time: float, step_size: float) -> bool:
         m, loads = self.memory, (self.value["crank.tau"], self.value["tip.fx"])
         if m["loads"] and current_time > m["sampled"]:
-            m["slopes"] = tuple((now - was) / (current_time - m["sampled"]) for now, was in zip(loads, m["loads"]))
+            m["slopes"] = tuple(
+                (now - was) / (current_time - m["sampled"]) for now, was in zip(loads, m["loads"], strict=True)
+            )
         m |= {"time": current_time, "sampled": current_time, "loads": loads}
         count, y = math.ceil(step_size / SUBSTEP - 1e-9), m["y"]
         for i in range(count):
@@ -162,10 +166,10 @@ def _runge_kutta(rates, time: float, y: list[float], h: float) -> list[float]:
     """One step of the classical method (Kutta 1901)."""
 
     def moved(k: list[float], share: float) -> list[float]:
-        return [a + share * h * b for a, b in zip(y, k)]
+        return [a + share * h * b for a, b in zip(y, k, strict=True)]
 
     k1 = rates(time, y)
     k2 = rates(time + h / 2, moved(k1, 0.5))
     k3 = rates(time + h / 2, moved(k2, 0.5))
     k4 = rates(time + h, moved(k3, 1.0))
-    return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(y, k1, k2, k3, k4)]
+    return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(y, k1, k2, k3, k4, strict=True)]

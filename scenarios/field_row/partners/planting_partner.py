@@ -100,7 +100,10 @@ class Partner(Fmi2Slave):
         )
 
     def setup_experiment(
-        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+        self,
+        start_time: float,
+        stop_time: float | None = None,  # noqa: ARG002 - PythonFMU calls it with these names
+        tolerance: float | None = None,  # noqa: ARG002 - and this
     ) -> None:
         self.memory["time"] = start_time
 

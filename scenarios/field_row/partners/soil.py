@@ -40,6 +40,8 @@ FORCE = (  # what the force on the tip depends on
 
 
 class Soil(Partner):
+    """The ridge that the nozzle enters."""
+
     description = "Wavy ridge: resists the nozzle's tip, records the hole and the plant"
     variables = (
         Variable("ground.x", "input", 0.0, "m", "Position of the nozzle tip over ground, forward"),

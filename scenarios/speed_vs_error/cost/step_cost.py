@@ -166,8 +166,10 @@ def section(rows: list[Row], heading: str, remarks: Sequence[str]) -> str:
         [
             "## Cost of a step",
             "",
-            f"A C host beside the bare core, in one process. Measured on: {heading}. Nanoseconds are for orientation; the "
-            "ratios are medians over the rounds. `step_cost.csv` has every round.",
+            (
+                f"A C host beside the bare core, in one process. Measured on: {heading}. Nanoseconds are for "
+                "orientation; the ratios are medians over the rounds. `step_cost.csv` has every round."
+            ),
             "",
             reports.markdown_table(HEADINGS, map(cells, rows)),
             *(f"- {remark}" for remark in remarks),

@@ -97,8 +97,8 @@ PROFILES = (
         12.0,
         clutch,
         remark=(
-            "Planting speed and half of it by turns, 26 sudden changes. `crank.a` is 0 at every sample here, which the FMU "
-            "takes for not connected: the rung with the acceleration is that with the speed."
+            "Planting speed and half of it by turns, 26 sudden changes. `crank.a` is 0 at every sample here, which the "
+            "FMU takes for not connected: the rung with the acceleration is that with the speed."
         ),
     ),
     Profile(

@@ -16,6 +16,7 @@ machine.
 from __future__ import annotations
 
 import ctypes
+import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -40,8 +41,8 @@ class Rung:
     """One way to drive the crank: how many of crank.phi, .w, .a are set, and for which instant.
 
     ``derivatives`` of crank.phi (order 1, or 1 and 2) are set with fmi2SetRealInputDerivatives.
-    ``nothing_predicted`` sets crank.at_step_end, ``smoothing`` in s crank.smoothing. The inputs are those of the step's end with
-    ``of_step_end``, else those of its start.
+    ``nothing_predicted`` sets crank.at_step_end, ``smoothing`` in s crank.smoothing. The inputs are those of the step's
+    end with ``of_step_end``, else those of its start.
     """
 
     key: str
@@ -92,7 +93,7 @@ def drive(linkage: Linkage, rung: Rung, times: np.ndarray, given: Motion) -> np.
     shift = 1 if rung.of_step_end else 0
     moments = times.tolist()
     rows = np.empty((len(times) - 1, len(TIP)))
-    for i, (begin, end) in enumerate(zip(moments[:-1], moments[1:])):
+    for i, (begin, end) in enumerate(itertools.pairwise(moments)):
         slave.setReal(inputs, values[i + shift])
         if order:
             slave.fmi2SetRealInputDerivatives(
@@ -150,7 +151,7 @@ class Coupling:
     def largest_step(self, profile: str, rung: str, tolerance: float, quantity: int = 0) -> float:
         """The largest step in ms up to which every step keeps the tolerance; 0 where none does."""
         kept = 0.0
-        for step, error in zip(self.steps_ms, self.worst(profile, rung, quantity)):
+        for step, error in zip(self.steps_ms, self.worst(profile, rung, quantity), strict=True):
             if error > tolerance:
                 break
             kept = step

@@ -181,7 +181,9 @@ def answer(fmu: UnpackedFmu) -> tuple[Answered, ...]:
     with Probe(fmu) as probe:
         return tuple(
             Answered(approach, question.ratios(probe.tip(*pose)), question.ratios(printed_tip(*pose)))
-            for approach, question in zip(asked, ask((approach.geometry, approach.phi) for approach in asked))
+            for approach, question in zip(
+                asked, ask((approach.geometry, approach.phi) for approach in asked), strict=True
+            )
             for pose in [(approach.geometry, approach.phi)]
         )
 
@@ -192,7 +194,7 @@ def measure(fmu: UnpackedFmu) -> list[Measured]:
     for answered in answer(fmu):
         approach = answered.approach
         worst = by_case.setdefault("both dyads at once" if approach.case.startswith("both") else approach.case, Worst())
-        for order, ours in zip(ORDERS, answered.ours):
+        for order, ours in zip(ORDERS, answered.ours, strict=True):
             worst.see(ours, f"{order}, {approach}")
         worst.see_printed(max(answered.printed))
     lines = [

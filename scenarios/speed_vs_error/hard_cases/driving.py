@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,6 @@ import numpy as np
 
 from scenarios.common.instance import Instance
 from scenarios.common.linkage import TIP
-from scenarios.common.operating_point import MACHINE_SPEED, PLANTING_SPEED, TURN
 from scenarios.speed_vs_error.yardstick import twin
 
 # ---- motions, and what a host gives of them ------------------------------------------------------
@@ -79,7 +79,7 @@ def drive(
     The inputs of a step are those of its start or, with `given_at_end`, of its end.
     """
     rows = []
-    for start, end in zip(times[:-1], times[1:], strict=True):
+    for start, end in itertools.pairwise(times):
         values, derivatives = giving(rotation, end if given_at_end else start)
         instance.set(values)
         if derivatives:

@@ -56,7 +56,8 @@ def cases(draw: st.DrawFn) -> Case:
 
     def corner(dyad: str) -> float:
         """Between the base of a dyad and a link, 0 to pi. One of the dyads may come near its dead point: where both
-        do, the rounding of one length decides whether EFG closes."""
+        do, the rounding of one length decides whether EFG closes.
+        """
         straight = 10.0 ** number(-4.0 if dyad == near else -1.0, 0.2)
         return math.pi - straight if draw(st.booleans()) else straight
 
@@ -102,8 +103,8 @@ def loop_residual(instance: Instance, case: Case) -> float:
         factors = [mpf(1), mpc(0, turn), mpc(-(mpf(turn) ** 2), turn_rate)]
         u = -mp.expj(mpf(alpha) - mpf(g["theta8"]) - mpf(g["theta9"]))
         to_tip = -(g["L8"] * mp.expj(g["theta8"]) + g["L9"] * mp.expj(mpf(g["theta8"]) + mpf(g["theta9"]))) * u
-        E = [j - f * (g["L6"] / mpf(2) * u + to_tip) for j, f in zip(J, factors)]
-        F = [e + f * g["L6"] * u for e, f in zip(E, factors)]
+        E = [j - f * (g["L6"] / mpf(2) * u + to_tip) for j, f in zip(J, factors, strict=True)]
+        F = [e + f * g["L6"] * u for e, f in zip(E, factors, strict=True)]
         crank = [mpf(1), mpc(0, -1), mpf(-1)]
         OA = g["L1"] * mp.expj(mpf(g["phi1"]) - case.phi)
         CD = g["L4"] * mp.expj(mpf(g["phi4"]) - case.phi)
@@ -111,16 +112,16 @@ def loop_residual(instance: Instance, case: Case) -> float:
         D = [f * CD for f in crank]
         D[0] += mpc(g["XC"], g["YC"])
         scale = g["L3"] / mpf(g["L5"])
-        B = [d + scale * mp.expj(g["theta3"]) * (e - d) for d, e in zip(D, E)]
+        B = [d + scale * mp.expj(g["theta3"]) * (e - d) for d, e in zip(D, E, strict=True)]
         G = [mpc(g["XG"], g["YG"]), mpf(0), mpf(0)]
 
         # what is rounded: the tip, and all that is turned with the angle of the nozzle or the crank
         reach = 5 * (g["L6"] + g["L8"] + g["L9"])
-        size = [abs(j) + abs(f) * reach for j, f in zip(J, factors)]
+        size = [abs(j) + abs(f) * reach for j, f in zip(J, factors, strict=True)]
         cranks = abs(D[0]) + abs(OA) + 3 * (abs(OA) + abs(CD)) * (1 + abs(case.phi) / 16)
         worst = mpf(0)
         for start, end, length, lever in ((G, F, g["L7"], mpf(1)), (D, E, g["L5"], mpf(1)), (A, B, g["L2"], 1 + scale)):
-            z = [b - a for a, b in zip(start, end)]
+            z = [b - a for a, b in zip(start, end, strict=True)]
             r = [lever * s + (cranks if start is not G else 0) for s in size]
             r[0] += abs(G[0]) + length
             residuals_and_terms = [

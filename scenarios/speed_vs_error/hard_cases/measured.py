@@ -84,7 +84,7 @@ class Probe:
     def tip(self, geometry: Mapping[str, float], phi: float) -> Vectors | None:
         """The tip and two derivatives by the crank angle; None where the FMU says that it has no pose."""
         status, found = self.place(geometry, phi).try_get(TIP)
-        return list(zip(found[::2], found[1::2])) if status == OK else None
+        return list(zip(found[::2], found[1::2], strict=True)) if status == OK else None
 
 
 def printed_tip(geometry: Mapping[str, float], phi: float) -> Vectors | None:
@@ -109,8 +109,8 @@ class Question:
         if answer is None:
             return [math.inf] * len(self.exact)
         return [
-            max(error(f, e) / max(a, TINY) for f, e, a in zip(found, exact, allowed))
-            for found, exact, allowed in zip(answer, self.exact, self.allowed)
+            max(error(f, e) / max(a, TINY) for f, e, a in zip(found, exact, allowed, strict=True))
+            for found, exact, allowed in zip(answer, self.exact, self.allowed, strict=True)
         ]
 
 

@@ -87,7 +87,7 @@ def losses(fmu: UnpackedFmu) -> tuple[Lost, ...]:
     ]
     worst: dict[tuple[str, float], list[float]] = {}
     with Probe(fmu) as probe:
-        for (pole, distance, pose), question in zip(asked, ask(pose for _, _, pose in asked)):
+        for (pole, distance, pose), question in zip(asked, ask(pose for _, _, pose in asked), strict=True):
             digits = worst.setdefault((pole, distance), [0.0, 0.0])
             for k, answer in enumerate((probe.tip(*pose), printed_tip(*pose))):
                 digits[k] = max(digits[k], math.log10(max(1.0, *question.ratios(answer))))

@@ -96,7 +96,7 @@ def reading(sections: Sections) -> Iterator[str]:
         f"; not met: {', '.join(missed)}." if missed else "."
     )
     near = [line for line in sections["Dead points"] if line.printed is not None]
-    ours, printed = (number(max(values)) for values in zip(*((line.worst, line.printed) for line in near)))
+    ours, printed = (number(max(values)) for values in zip(*((line.worst, line.printed) for line in near), strict=True))
     yield (
         f"Beside a dead point the FMU errs by at most {ours} conditionings, the printed equations, once mended, by "
         f"{printed}: both give nearly all that the inputs determine."
@@ -113,16 +113,21 @@ def page(sections: Sections) -> str:
     parts = [
         "# The hard cases",
         "",
-        "Part of [speed against error](speed_vs_error.md); written by `python -m scenarios.speed_vs_error`, from the "
-        "functions on which the tests assert.",
+        (
+            "Part of [speed against error](speed_vs_error.md); written by `python -m scenarios.speed_vs_error`, from "
+            "the functions on which the tests assert."
+        ),
         "",
         *(f"- {sentence}" for sentence in reading(sections)),
         "",
         "![Error beside dead points, and digits lost at the printed poles](hard_cases.png)",
         "",
-        "1 conditioning is what one unit in the last place of the crank's angle and of each parameter does, summed, "
-        "to the exact answer, in 50-digit arithmetic. *Printed form*: the same of the paper's equations, mended where "
-        "the print is wrong, in double arithmetic. `hard_cases.csv` also tells where each worst value was.",
+        (
+            "1 conditioning is what one unit in the last place of the crank's angle and of each parameter does, "
+            "summed, to the exact answer, in 50-digit arithmetic. *Printed form*: the same of the paper's equations, "
+            "mended where the print is wrong, in double arithmetic. `hard_cases.csv` also tells where each worst value "
+            "was."
+        ),
         "",
     ]
     for section, lines in sections.items():
@@ -162,9 +167,10 @@ def draw(fmu: UnpackedFmu) -> plt.Figure:
     figure.text(
         0.01,
         0.02,
-        "1 conditioning: what one unit in the last place of the crank's angle and of each parameter does, summed, to the "
-        "exact answer. An error below 1 is less than what the last\ndigit of the inputs decides. Further right is nearer to the place where the "
-        "linkage stops (left panel) or the printed formula divides by zero (right panel).",
+        "1 conditioning: what one unit in the last place of the crank's angle and of each parameter does, summed, to "
+        "the exact answer. An error below 1 is less than what the last\ndigit of the inputs decides. Further right is "
+        "nearer to the place where the linkage stops (left panel) or the printed formula divides by zero (right "
+        "panel).",
         color=NOTE,
         fontsize=8,
         va="bottom",
@@ -182,7 +188,7 @@ def draw_dead_points(axes: Axes, fmu: UnpackedFmu) -> None:
     ):
         gaps = np.array([a.approach.gap for a in answered])
         axes.plot(1e3 * gaps, values, marker, color=colour, markersize=3.5, alpha=0.35, linestyle="none")
-        worst = [max(v for v, gap in zip(values, gaps) if gap == at) for at in dead_points.GAPS]
+        worst = [max(v for v, gap in zip(values, gaps, strict=True) if gap == at) for at in dead_points.GAPS]
         axes.plot(1e3 * np.array(dead_points.GAPS), worst, marker + "-", color=colour, markersize=5, label=label)
     axes.axhline(dead_points.BOUND, color=BLACK, linewidth=1, linestyle="--")
     axes.annotate(

@@ -183,7 +183,7 @@ def reversal(fmu: UnpackedFmu) -> Iterable[Measured]:
 
 def differing(one: Instance, other: Instance) -> int:
     """How many outputs are not the same bits."""
-    return sum(a != b for a, b in zip(bits(one.outputs()), bits(other.outputs())))
+    return sum(a != b for a, b in zip(bits(one.outputs()), bits(other.outputs()), strict=True))
 
 
 def standstill(fmu: UnpackedFmu) -> Iterable[Measured]:
@@ -335,7 +335,7 @@ def absurd(fmu: UnpackedFmu) -> Iterable[Measured]:
                 taken += 1
                 found = instance.outputs() + instance.get_derivatives(*[(name, n) for name in outputs for n in (1, 2)])
                 if not all(map(math.isfinite, found)):
-                    bad = [name for name, value in zip(outputs, found) if not math.isfinite(value)]
+                    bad = [name for name, value in zip(outputs, found, strict=True) if not math.isfinite(value)]
                     nonsense.see(nonsense.value + 1, f"life {life}, h = {h:g} s, {values}, {bad}")
     yield Measured(
         "inputs to +-1e60, denormal, -0.0; h from 5e-324 s to 1e300 s",

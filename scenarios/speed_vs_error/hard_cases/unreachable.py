@@ -54,7 +54,10 @@ def through(fmu: UnpackedFmu) -> Iterable[Measured]:
                         values = {"crank.phi": leave + 1e-3 * i, "crank.w": 0.1, "machine.v": 0.5}
                         for one in (instance, plain):
                             one.step(i * STEP, STEP, values)
-                        later.see(sum(a != b for a, b in zip(bits(instance.outputs()), bits(plain.outputs()))), where)
+                        later.see(
+                            sum(a != b for a, b in zip(bits(instance.outputs()), bits(plain.outputs()), strict=True)),
+                            where,
+                        )
     yield Measured(
         "an unreachable pose, entered in a run",
         "refused steps that change an output, an input or the time",

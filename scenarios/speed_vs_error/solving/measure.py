@@ -54,13 +54,13 @@ def verify(way: Way, order: int, phi: np.ndarray, exact: np.ndarray) -> tuple[tu
     """Worst errors over all angles, and what is wrong with the way, "" where nothing is."""
     try:
         answers = np.asarray(way.evaluate(phi, order), dtype=float)
-    except Exception as error:  # a peer may raise anything; it is named in the table
+    except Exception as error:  # noqa: BLE001 - a peer may raise anything; it is named in the table
         return (), f"failed: {str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__}"
     expected = (len(phi), 2 * (order + 1))
     if answers.shape != expected:
         return (), f"wrong: {answers.shape} numbers instead of {expected}"
     errors = worst_errors(answers, exact)
-    for quantity, unit, error, scale in zip(QUANTITIES, UNITS, errors, greatest(exact)):
+    for quantity, unit, error, scale in zip(QUANTITIES, UNITS, errors, greatest(exact), strict=True):
         if not error <= WRONG * scale:
             return errors, f"wrong: {quantity} off by {error:.3g} {unit}, where it is at most {scale:.3g}"
     return errors, ""
@@ -114,7 +114,7 @@ def core_of(cells: Sequence[Cell], order: int) -> Cell:
 
 def times_the_error(cell: Cell, core: Cell) -> tuple[float, ...]:
     """Its error in times of the core's, for each quantity."""
-    return tuple(mine / ours for mine, ours in zip(cell.errors, core.errors))
+    return tuple(mine / ours for mine, ours in zip(cell.errors, core.errors, strict=True))
 
 
 @dataclass(frozen=True)

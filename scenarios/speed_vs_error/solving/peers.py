@@ -49,7 +49,7 @@ def build_all(library: Library, folder: Path) -> tuple[list[Way], list[tuple[str
             found += build()
         except ImportError as error:
             missing.append((name, f"not installed: {error}"))
-        except Exception as error:  # whatever a package does on this machine, the table says it
+        except Exception as error:  # noqa: BLE001 - whatever a package does on this machine, the table says it
             missing.append((name, f"failed: {(str(error).strip() or type(error).__name__).splitlines()[0]}"))
     return found, missing
 
@@ -153,11 +153,11 @@ def numba_ways() -> list[Way]:
             return p * x + height * y, p * y - height * x, q * x + height * y, q * y - height * x, -2.0 / area
 
         @compiled
-        def first_rates(p_x, p_y, q_x, q_y, inverse, dx, dy):
+        def first_rates(p_x, p_y, q_x, q_y, inverse, dx, dy):  # noqa: PLR0917 - numba has no others
             return (q_x * dx + q_y * dy) * inverse, (p_x * dx + p_y * dy) * inverse
 
         @compiled
-        def second_rates(p_x, p_y, q_x, q_y, inverse, dx, dy, p_rate, q_rate, p_length, q_length):
+        def second_rates(p_x, p_y, q_x, q_y, inverse, dx, dy, p_rate, q_rate, p_length, q_length):  # noqa: PLR0917
             """As fmu_src/twin/linkage.py: dot products take the other link's rate away."""
             known_p, known_q = -p_rate * p_rate, -q_rate * q_rate
             p_bend = (q_x * (dx - known_p * p_x) + q_y * (dy - known_p * p_y) + known_q * q_length**2) * inverse
@@ -360,16 +360,18 @@ def scipy_ways() -> list[Way]:
         moved = right + 1j * crank_a  # D' - A'
         rate = np.linalg.solve(jacobian, [moved.real, moved.imag, -right.real, -right.imag])
         rates = (-1.0, rate[1], rate[2])
-        z = sum(1j * w * v for w, v in zip(rates, vectors)) * SPEED
+        z = sum(1j * w * v for w, v in zip(rates, vectors, strict=True)) * SPEED
         found += [z.real, z.imag]
         if order == 1:
             return found
-        turning = [length * _unit(angle) * w**2 for length, angle, w in zip((_G.L2, _G.L3, _G.L6, _G.L7), q, rate)]
+        turning = [
+            length * _unit(angle) * w**2 for length, angle, w in zip((_G.L2, _G.L3, _G.L6, _G.L7), q, rate, strict=True)
+        ]
         first = crank_a - crank_d + turning[0] - turning[1]
         second = crank_d + vectors[1] * rate[1] ** 2 + turning[2] - turning[3]
         bend = np.linalg.solve(jacobian, [first.real, first.imag, second.real, second.imag])
         bends = (0.0, bend[1], bend[2])
-        z = sum((1j * b - w * w) * v for w, b, v in zip(rates, bends, vectors)) * SPEED**2
+        z = sum((1j * b - w * w) * v for w, b, v in zip(rates, bends, vectors, strict=True)) * SPEED**2
         return [*found, z.real, z.imag]
 
     def evaluate(angles: np.ndarray, order: int) -> np.ndarray:
@@ -476,7 +478,7 @@ def mujoco_ways() -> list[Way]:
         answers = np.empty((len(angles), 2 * (order + 1)))
         position, step = data.qpos, mujoco.mj_step
         sensed = data.sensordata.reshape(3, 3)[: order + 1, :2]
-        for row, phi in zip(answers, angles.tolist()):
+        for row, phi in zip(answers, angles.tolist(), strict=True):
             position[oa], position[cd] = _G.phi1 - phi, _G.phi4 - phi
             step(model, data)  # what it senses belongs to the step's start
             row[:] = sensed.ravel()

@@ -49,7 +49,7 @@ def _named(cell: Cell, core: Cell) -> str:
     """'numba (1.03 of the core's time; position error 0.8 times the core's)'."""
     factors = ", ".join(
         f"{quantity} error {float(f'{factor:.2g}'):g}"
-        for quantity, factor in zip(QUANTITIES, times_the_error(cell, core))
+        for quantity, factor in zip(QUANTITIES, times_the_error(cell, core), strict=True)
     )
     return f"{cell.way.title} ({cell.of_core} of the core's time; {factors} times the core's)"
 
@@ -113,13 +113,16 @@ def markdown(cells: Sequence[Cell], missing: Sequence[tuple[str, str]], angles: 
         [
             "## Solving",
             "",
-            f"One evaluation at each order, at the same {angles} angles for all. First its time in times of the exact "
-            "core's: of the position alone, with the velocity, with the acceleration too. Then the worst distance of the "
-            "tip from the 50-digit truth at 65 turns a minute, of each quantity where it is the last computed. Each way's "
-            "answers are held against the truth before it is timed. Times are the processor's; medians of the ratios "
-            f"within {rounds} interleaved rounds, each way beside the core. Measured on: {machine}. A sentence on times "
-            "stands below only where the scatter carries it: in the middle half of each third of the rounds; a range is "
-            "that middle half. Written by `python -m scenarios.speed_vs_error`; `make bench` runs it with the peers installed.",
+            (
+                f"One evaluation at each order, at the same {angles} angles for all. First its time in times of the "
+                "exact core's: of the position alone, with the velocity, with the acceleration too. Then the worst "
+                "distance of the tip from the 50-digit truth at 65 turns a minute, of each quantity where it is the "
+                "last computed. Each way's answers are held against the truth before it is timed. Times are the "
+                f"processor's; medians of the ratios within {rounds} interleaved rounds, each way beside the core. "
+                f"Measured on: {machine}. A sentence on times stands below only where the scatter carries it: in the "
+                "middle half of each third of the rounds; a range is that middle half. Written by `python -m "
+                "scenarios.speed_vs_error`; `make bench` runs it with the peers installed."
+            ),
             "",
             reports.markdown_table(
                 HEADINGS, [*table_rows(cells), *((name, "missing", *[""] * 5) for name, _ in missing)]
@@ -160,7 +163,7 @@ def write(
         for cell in row
     ]
     rows += [("", name, PEER, "", *[""] * 8, f"missing: {why}") for name, why in missing]
-    errors = (f"{name}_error_{unit.replace('/', '_')}" for name, unit in zip(QUANTITIES, UNITS))
+    errors = (f"{name}_error_{unit.replace('/', '_')}" for name, unit in zip(QUANTITIES, UNITS, strict=True))
     reports.write_csv(
         paths[0],
         (
@@ -208,20 +211,20 @@ def draw(path: Path, cells: Sequence[Cell]) -> None:
         figure, panels = plt.subplots(1, 4, figsize=(12.4, high), sharey=True, width_ratios=(2.6, 1, 1, 1))
         figure.subplots_adjust(left=0.205, right=0.985, top=1 - head / high, bottom=foot / high, wspace=0.09)
         _times(panels[0], rows)
-        for order, axes in zip(ORDERS, panels[1:]):
+        for order, axes in zip(ORDERS, panels[1:], strict=True):
             _errors(axes, rows, order)
         for axes in panels:
             axes.set_ylim(len(rows) - 0.4, -0.6)
-            core = next((place for place, row in zip(places, rows) if row[0].way.key == CORE), None)
+            core = next((place for place, row in zip(places, rows, strict=True) if row[0].way.key == CORE), None)
             if core is not None:
                 axes.axhspan(core - 0.5, core + 0.5, color="#FBEFE6", zorder=0, linewidth=0)
             axes.tick_params(axis="y", length=0)
         panels[0].set_yticks(places, [row[0].way.title for row in rows])
-        for label, row in zip(panels[0].get_yticklabels(), rows):
+        for label, row in zip(panels[0].get_yticklabels(), rows, strict=True):
             label.set(color=LOOKS[row[0].way.whose], fontweight="bold" if row[0].way.key == CORE else "normal")
         marks = [
             Line2D([], [], linestyle="", color=NOTE, marker=marker, markersize=size, label=name)
-            for name, (marker, size) in zip(UP_TO, MARKS)
+            for name, (marker, size) in zip(UP_TO, MARKS, strict=True)
         ]
         figure.legend(handles=marks, loc="lower left", ncols=3, bbox_to_anchor=(0.2, 0.0), title="computed")
         present = {row[0].way.whose for row in rows}
@@ -242,7 +245,7 @@ def _times(axes: Axes, rows: Sequence[Sequence[Cell]]) -> None:
     axes.set_title("Time of one evaluation", loc="left")
     axes.axvline(1, color=BLACK, linewidth=0.8, zorder=1)
     for place, row in enumerate(rows):
-        for cell, (marker, size) in zip(row, (MARKS[cell.order] for cell in row)):
+        for cell, (marker, size) in zip(row, (MARKS[cell.order] for cell in row), strict=True):
             at = place + 0.22 * (cell.order - 1)
             colour = LOOKS[cell.way.whose]
             axes.plot(cell.of_core.quartiles, [at, at], color=colour, linewidth=1.1, zorder=2)

@@ -63,12 +63,12 @@ def angles(count: int = ANGLES) -> np.ndarray:
 def truth(phi: np.ndarray) -> np.ndarray:
     """The answers to 50 digits, each as the unevaluated sum of two doubles: shape (angles, 6, 2)."""
     oracle, answers = Oracle(GEOMETRY), np.empty((len(phi), 2 * len(ORDERS), 2))
-    for row, angle in zip(answers, phi):
+    for row, angle in zip(answers, phi, strict=True):
         derivatives = oracle.tip(float(angle), ORDERS[-1])
         with mp.workdps(50):
             exact = [component * mpf(SPEED) ** n for n, pair in enumerate(derivatives) for component in pair]
             row[:, 0] = [float(value) for value in exact]
-            row[:, 1] = [float(value - mpf(head)) for value, head in zip(exact, row[:, 0])]
+            row[:, 1] = [float(value - mpf(head)) for value, head in zip(exact, row[:, 0], strict=True)]
     return answers
 
 

@@ -107,7 +107,8 @@ def missing_programs(*names: str) -> str:
 
 def run(*command: object, cwd: Path | None = None, log: Path | None = None) -> str:
     """What a program printed, or wrote into ``log``; raises HostError with its first line that speaks of an error where
-    it failed."""
+    it failed.
+    """
     words = [str(word) for word in command]
     if log is None:
         done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, errors="replace")

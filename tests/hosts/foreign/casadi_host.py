@@ -1,7 +1,8 @@
-"""CasADi: a framework of automatic differentiation and optimal control. Its DaeBuilder takes an FMU as the functions of an
-ordinary differential equation, with Jacobians from fmi2- or fmi3GetDirectionalDerivative and, in FMI 3.0, reverse
-mode from fmi3GetAdjointDerivative. CVODES integrates, of SUNDIALS; the inputs are held over each step, as CasADi does
-with controls.
+"""CasADi: a framework of automatic differentiation and optimal control.
+
+Its DaeBuilder takes an FMU as the functions of an ordinary differential equation, with Jacobians from fmi2- or
+fmi3GetDirectionalDerivative and, in FMI 3.0, reverse mode from fmi3GetAdjointDerivative. CVODES integrates, of
+SUNDIALS; the inputs are held over each step, as CasADi does with controls.
 
 It does not know Co-Simulation, and takes fixed parameters as constants. Second derivatives are differences of first.
 """

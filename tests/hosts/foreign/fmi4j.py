@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.hosts.drives import OUTPUTS
 from tests.hosts.foreign import Rows, Task
-from tests.hosts.foreign.java import class_path, is_resolved, java, missing, prepared  # noqa: F401
+from tests.hosts.foreign.java import class_path, is_resolved, java, missing, prepared  # noqa: F401 - of this host too
 
 NAME, PACKAGE = "FMI4j", "Maven Central info.laht.fmi4j:fmi-import"
 INTERFACES = {("2.0", "CS"), ("2.0", "ME")}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
-import glob
 import os
+from pathlib import Path
 
 from tests.hosts.drives import OUTPUTS, STEP, STEPS
 from tests.hosts.foreign import TOOLS, Rows, Task, missing_programs, run
@@ -18,13 +18,13 @@ VERSION = "0.7.0"
 PROGRAM = TOOLS / f"fmi-sim-{VERSION}" / "bin" / "fmi-sim"
 PREPARED = f"cargo fetches fmi-sim {VERSION} and what it needs from crates.io and compiles it: ten minutes on two cores"
 LOG = TOOLS / "fmi-sim.log"
-LIBCLANG = ("/usr/lib/llvm-*/lib/libclang*.so*", "/usr/lib/*/libclang*.so*", "/usr/lib*/libclang.so*")
+LIBCLANG = ("usr/lib/llvm-*/lib/libclang*.so*", "usr/lib/*/libclang*.so*", "usr/lib*/libclang.so*")  # from the root on
 
 
 def missing() -> str:
     if PROGRAM.exists():
         return ""
-    has_clang = "LIBCLANG_PATH" in os.environ or any(glob.glob(pattern) for pattern in LIBCLANG)
+    has_clang = "LIBCLANG_PATH" in os.environ or any(any(Path("/").glob(pattern)) for pattern in LIBCLANG)
     return missing_programs("cargo") or ("" if has_clang else "libclang (Debian libclang-dev)")
 
 

@@ -1,5 +1,6 @@
 """fmi-sim again, where it cannot read the FMU as it is: with the attributes `unit` and `displayUnit`, which it refuses,
-taken out of the description of an FMI 3.0 FMU. The binary is the same."""
+taken out of the description of an FMI 3.0 FMU. The binary is the same.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from dataclasses import replace
 
 from fmu_src.exporter.archive import write_archive
 from tests.hosts.foreign import Rows, Task, fmi_sim
-from tests.hosts.foreign.fmi_sim import LOG, NAME, PACKAGE, PREPARED, is_prepared, missing, prepare, version  # noqa: F401
+from tests.hosts.foreign.fmi_sim import LOG, NAME, PACKAGE, PREPARED, is_prepared, missing, prepare, version  # noqa: F401 - of this host too
 
 INTERFACES = {("3.0", "CS"), ("3.0", "ME")}
 FEEDING = "table, FMU without units"

@@ -1,4 +1,4 @@
-"""FMPy: the host that most FMU authors try first; Python over the FMU's own functions, CVode around ME (fmpy_euler.py: Euler)."""
+"""FMPy: the host that most FMU authors try first; Python over the FMU's functions, CVode or Euler around ME."""
 
 from __future__ import annotations
 

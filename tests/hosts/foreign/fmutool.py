@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from tests.hosts.foreign import run
-from tests.hosts.foreign.container import PACKAGE, missing, version  # noqa: F401
+from tests.hosts.foreign.container import PACKAGE, missing, version  # noqa: F401 - of this host too
 
 NAME = "fmutool -check"
 EDITIONS = {"2.0", "3.0"}

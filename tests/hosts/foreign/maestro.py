@@ -7,7 +7,7 @@ import json
 
 from tests.hosts.drives import INPUTS, OUTPUTS, STEP, STEPS
 from tests.hosts.foreign import Rows, Task
-from tests.hosts.foreign.java import class_path, is_resolved, java, missing, prepared  # noqa: F401
+from tests.hosts.foreign.java import class_path, is_resolved, java, missing, prepared  # noqa: F401 - of this host too
 from tests.hosts.foreign.partner import build_partner
 
 NAME, PACKAGE = "Maestro", "Maven Central org.into-cps.maestro:maestro"

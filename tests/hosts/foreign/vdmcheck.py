@@ -1,5 +1,6 @@
 """VDMCheck2: the static semantics of modelDescription.xml as a formal model (VDM-SL). Its sister for FMI 3.0 is not
-on Maven Central."""
+on Maven Central.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import zipfile
 from pathlib import Path
 
 from tests.hosts.foreign import TOOLS, HostError
-from tests.hosts.foreign.java import class_path, is_resolved, missing, prepared  # noqa: F401
+from tests.hosts.foreign.java import class_path, is_resolved, missing, prepared  # noqa: F401 - of this host too
 
 NAME, PACKAGE = "VDMCheck2", "Maven Central org.into-cps.vdmcheck.fmi2:vdmcheck2"
 EDITIONS = {"2.0"}
