@@ -233,7 +233,7 @@ def draw(path: Path, found: Sequence[Compared], watched: Sequence[str], base: np
         shown = "linkage.crank.tau" if "linkage.crank.tau" in watched else watched[0]
         column = watched.index(shown)
         signal.plot(time, base[:, column], color=figures.GREY, linewidth=2.6, label="our Jacobi master")
-        for each, (colour, dashes) in zip(run, looks, strict=True):
+        for each, (colour, dashes) in zip(run, looks, strict=False):
             signal.plot(time, each.values[:, column], dashes, color=colour, linewidth=1.4, label=each.engine.title)
             worst = each.off.max(axis=1)
             off.plot(

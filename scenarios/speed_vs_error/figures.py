@@ -247,7 +247,7 @@ def draw_smoothing(smoothing: Smoothing) -> Figure:
     figure, panels = plt.subplots(1, 2, figsize=(9.0, 4.0))
     windows = np.array(WINDOWS_MS)
     for axes, quantity in zip(panels, (0, 2), strict=True):
-        for step, colour in zip(smoothing.steps_ms, (BLUE, VERMILLION, GREEN), strict=True):
+        for step, colour in zip(smoothing.steps_ms, (BLUE, VERMILLION, GREEN), strict=False):
             for profile, dashes, marker in ((NOISY, "-", "o"), (EXACT, ":", "x")):
                 errors = [smoothing.worst(profile, window, step, quantity) * 1e3 for window in WINDOWS_MS]
                 axes.plot(

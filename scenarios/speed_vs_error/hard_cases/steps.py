@@ -10,11 +10,9 @@ import numpy as np
 from mpmath import mp, mpf
 
 from scenarios.common.instance import OK, Instance, UnpackedFmu, bits
-from scenarios.common.operating_point import TURN
+from scenarios.common.operating_point import MACHINE_SPEED, PLANTING_SPEED, TURN
 from scenarios.speed_vs_error.hard_cases.driving import (
     END,
-    MACHINE_SPEED,
-    PLANTING_SPEED,
     Giving,
     Rotation,
     angle_and_speed,

@@ -60,7 +60,8 @@ def verify(way: Way, order: int, phi: np.ndarray, exact: np.ndarray) -> tuple[tu
     if answers.shape != expected:
         return (), f"wrong: {answers.shape} numbers instead of {expected}"
     errors = worst_errors(answers, exact)
-    for quantity, unit, error, scale in zip(QUANTITIES, UNITS, errors, greatest(exact), strict=True):
+    # as many as the order has
+    for quantity, unit, error, scale in zip(QUANTITIES, UNITS, errors, greatest(exact), strict=False):
         if not error <= WRONG * scale:
             return errors, f"wrong: {quantity} off by {error:.3g} {unit}, where it is at most {scale:.3g}"
     return errors, ""

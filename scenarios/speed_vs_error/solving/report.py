@@ -49,7 +49,7 @@ def _named(cell: Cell, core: Cell) -> str:
     """'numba (1.03 of the core's time; position error 0.8 times the core's)'."""
     factors = ", ".join(
         f"{quantity} error {float(f'{factor:.2g}'):g}"
-        for quantity, factor in zip(QUANTITIES, times_the_error(cell, core), strict=True)
+        for quantity, factor in zip(QUANTITIES, times_the_error(cell, core), strict=False)  # up to the order
     )
     return f"{cell.way.title} ({cell.of_core} of the core's time; {factors} times the core's)"
 
