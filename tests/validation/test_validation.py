@@ -10,7 +10,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -411,10 +410,9 @@ def test_crash(checked, edition, kind):
 
 
 def test_hang(checked):
-    begin = time.perf_counter()
+    """It is ended: without the limit this test never would be."""
     results = checked(small_fmu.content("2.0", "hang"), (*INSTANCE, "run"), limit=1.5)
     assert refused(results, "run (CS)") == "no answer within 1.5 s in fmi2DoStep"
-    assert time.perf_counter() - begin < 15
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="stops a process by a signal")

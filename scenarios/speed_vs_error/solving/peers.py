@@ -157,7 +157,7 @@ def numba_ways() -> list[Way]:
             return (q_x * dx + q_y * dy) * inverse, (p_x * dx + p_y * dy) * inverse
 
         @compiled
-        def second_rates(p_x, p_y, q_x, q_y, inverse, dx, dy, p_rate, q_rate, p_length, q_length):  # noqa: PLR0917
+        def second_rates(p_x, p_y, q_x, q_y, inverse, dx, dy, p_rate, q_rate, p_length, q_length):  # noqa: PLR0917 - as above
             """As fmu_src/twin/linkage.py: dot products take the other link's rate away."""
             known_p, known_q = -p_rate * p_rate, -q_rate * q_rate
             p_bend = (q_x * (dx - known_p * p_x) + q_y * (dy - known_p * p_y) + known_q * q_length**2) * inverse
