@@ -31,12 +31,16 @@ test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all pr
 check: lint $(VENV)/ready-test build   ## lint, and the tests of the rooms that differ from main: before a commit
 	$(BIN)/python -m tests.check
 
-lint: $(VENV)/ready-lint compile-commands   ## rules, format and types of Python; rules and format of C
+lint: $(VENV)/ready-lint $(VENV)/tidy   ## rules, format and types of Python; rules and format of C
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $(C_FILES)
+
+# The slowest of them, so only where C, its rules or the program has changed since it was content.
+$(VENV)/tidy: $(C_FILES) .clang-tidy $(VENV)/ready-lint | compile-commands
 	printf '%s\n' $(TIDY_FILES) | xargs -P 4 -n 3 $(BIN)/clang-tidy --quiet -p .
+	@touch $@
 
 format: $(VENV)/ready-lint   ## format Python and C, and mend what ruff can mend
 	$(BIN)/ruff check --fix
@@ -73,8 +77,9 @@ hosts: $(VENV)/ready-test build   ## run the FMUs in hosts and checkers that oth
 
 # The environment grows with what is asked for. First what runs: locked packages with hashes, each lock file with all
 # that its packages need, but for cmake, which fmpy wants for foreign sources alone; the compiler for this system;
-# then this project in place, anew where pyproject.toml says something else.
-INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
+# then this project in place, anew where pyproject.toml says something else. Python compiles what it imports, when it
+# does: most modules never are.
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile
 
 $(VENV)/ready: $(VENV)/packages pyproject.toml hatch_build.py
 	$(INSTALL) --no-build-isolation --editable .

@@ -33,8 +33,8 @@ from scenarios.common.command import FMI3, ROOT, TWIN
 from scenarios.common.instance import UnpackedFmu, require_fmu
 from scenarios.common.timing import STEADY, noise_here
 from scenarios.speed_vs_error import figures as speed_figures
-from scenarios.speed_vs_error.cost import scene_cost
-from scenarios.speed_vs_error.cost.scene_cost import BASE, SCENES, Costs
+from scenarios.speed_vs_error.cost import use_cost
+from scenarios.speed_vs_error.cost.use_cost import BASE, USES, Costs
 from scenarios.speed_vs_error.coupling import measure as coupled
 from scenarios.speed_vs_error.coupling import smoothing
 from scenarios.speed_vs_error.coupling.crank_profiles import PROFILES
@@ -181,7 +181,7 @@ def run(
     fmpy_rounds = max(3, rounds // 10)
     with UnpackedFmu(fmu) as unpacked:
         output.mkdir(parents=True, exist_ok=True)
-        fmpy_steps = fmpy_rounds * len(RUNGS) * scene_cost.FMPY_STEPS
+        fmpy_steps = fmpy_rounds * len(RUNGS) * use_cost.FMPY_STEPS
         total = (
             coupled.step_count(PROFILES, RUNGS, steps)
             + fmpy_steps
@@ -193,12 +193,10 @@ def run(
         ) as bar:
             c_host, why = None, ""
             try:
-                c_host = scene_cost.in_c_host(
-                    unpacked, (*SCENES, *map(scene_cost.scene_of, (*RUNGS, SMOOTHED))), rounds
-                )
+                c_host = use_cost.in_c_host(unpacked, (*USES, *map(use_cost.use_of, (*RUNGS, SMOOTHED))), rounds)
             except RuntimeError as error:
                 why = str(error)
-            fmpy_host = scene_cost.through_fmpy(unpacked, RUNGS, fmpy_rounds, bar.update)
+            fmpy_host = use_cost.through_fmpy(unpacked, RUNGS, fmpy_rounds, bar.update)
             bar.set_description("error of the tip")
             errors = coupled.measure(unpacked, PROFILES, RUNGS, steps, bar.update)
             windows = smoothing.measure(unpacked, smallest_step_ms, bar.update)
@@ -212,7 +210,7 @@ def run(
         reference=REFERENCE,
         c_host=c_host,
         fmpy_host=fmpy_host,
-        scenes=SCENES,
+        uses=USES,
     )
     return results, sorted(written)
 
@@ -412,7 +410,7 @@ def smoothing_table(windows: Smoothing) -> tuple[tuple[str, ...], list[tuple[str
     return headings, rows
 
 
-def scene_table(costs: Costs) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def use_table(costs: Costs) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: what a step costs by what it reads."""
     headings = (
         "what is read",
@@ -422,16 +420,16 @@ def scene_table(costs: Costs) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         "in calls of sincos",
     )
     rows = []
-    for scene in SCENES:
-        low, high = costs.spread(scene.key, BASE)
-        read = f"{len(scene.outputs)}" + (f" and {len(scene.sensitivities)} by angle" if scene.sensitivities else "")
+    for use in USES:
+        low, high = costs.spread(use.key, BASE)
+        read = f"{len(use.outputs)}" + (f" and {len(use.sensitivities)} by angle" if use.sensitivities else "")
         rows.append(
             (
-                scene.title,
+                use.title,
                 read,
-                f"{costs.ratio(scene.key, BASE):.2f}",
+                f"{costs.ratio(use.key, BASE):.2f}",
                 f"{low:.2f} to {high:.2f}",
-                f"{costs.ratio(scene.key, 'sincos'):.1f}",
+                f"{costs.ratio(use.key, 'sincos'):.1f}",
             )
         )
     return headings, rows
@@ -494,21 +492,21 @@ def write_tables(output: Path, results: Results, sections: Mapping[str, str]) ->
         ),
     )
     hosts = {"C": results.c_host, "fmpy": results.fmpy_host}
-    bases = {"scene": BASE, "rung": HELD.key}
+    bases = {"use": BASE, "rung": HELD.key}
     rows = []
     for host, costs in hosts.items():
         for key in costs.rounds if costs else ():
-            kind = "scene" if key in {scene.key for scene in SCENES} else "rung"
+            kind = "use" if key in {use.key for use in USES} else "rung"
             if key != "sincos":
                 low, high = costs.spread(key, bases[kind])
                 ratios = costs.ratio(key, bases[kind]), low, high
                 rows.append((host, kind, key, bases[kind], *(f"{ratio:.4f}" for ratio in ratios)))
     reports.write_csv(
-        output / "scene_cost.csv",
+        output / "use_cost.csv",
         ("host", "kind", "key", "in_times_of", "median", "lower_quartile", "upper_quartile"),
         rows,
     )
-    names = ("speed_vs_error.md", "coupling.csv", "orders.csv", "start_up.csv", "smoothing.csv", "scene_cost.csv")
+    names = ("speed_vs_error.md", "coupling.csv", "orders.csv", "start_up.csv", "smoothing.csv", "use_cost.csv")
     return [output / name for name in names]
 
 
@@ -590,7 +588,7 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         "",
     ]
     parts += [sections["solving"], sections["cost"]]
-    parts += ["## Scenes", ""]
+    parts += ["## What a step costs by what is read", ""]
     if results.c_host is None:
         parts += [f"Not measured: the C host could not be built or run here ({results.why.partition(chr(10))[0]}).", ""]
     else:
@@ -602,8 +600,8 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
                 f"interleaved rounds. {noise_here(results.c_host.rounds['sincos'], SINCOS)}"
             ),
             "",
-            table(*scene_table(results.c_host)),
-            "![What a scene pays](scenes.png)",
+            table(*use_table(results.c_host)),
+            "![What a step pays for what is read](uses.png)",
             "",
         ]
     parts += [
@@ -613,7 +611,7 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         (
             "`coupling.csv`: every worst and median error; `orders.csv`: the fitted orders (nan: less than three "
             "errors clear of rounding); `start_up.csv`: the first steps; `smoothing.csv`: worst errors by window; "
-            "`scene_cost.csv`: the ratios of times. SI units."
+            "`use_cost.csv`: the ratios of times. SI units."
         ),
         "",
     ]
@@ -624,7 +622,7 @@ def show(results: Results, console: Console) -> None:
     """Print the summary of the coupling."""
     tables = [("Worst error of the tip: 10 % ripple at 3 Hz; time of a step: held = 1", headline(results))]
     if results.c_host is not None:
-        tables.append((f"What a scene pays, in a C host: {results.machine}", scene_table(results.c_host)))
+        tables.append((f"What a step pays for what is read, in a C host: {results.machine}", use_table(results.c_host)))
     for title, (headings, rows) in tables:
         reports.show_table(console, title, headings, rows)
     for sentence in (*promises(results), *reading(results)):

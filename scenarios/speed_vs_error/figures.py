@@ -29,7 +29,7 @@ from scenarios.common.figures import (
     VERMILLION,
     save_all,
 )
-from scenarios.speed_vs_error.cost.scene_cost import BASE, Costs, Scene
+from scenarios.speed_vs_error.cost.use_cost import BASE, Costs, Use
 from scenarios.speed_vs_error.coupling.crank_profiles import Profile
 from scenarios.speed_vs_error.coupling.measure import QUANTITIES, RUNGS, SOLVING, Coupling
 from scenarios.speed_vs_error.coupling.smoothing import EXACT, NOISY, WINDOWS_MS, Smoothing
@@ -56,7 +56,7 @@ def draw_all(
     reference: str,
     c_host: Costs | None,
     fmpy_host: Costs,
-    scenes: Sequence[Scene],
+    uses: Sequence[Use],
 ) -> list[Path]:
     """Write the figures and return their paths; ``reference`` is the profile of the speed figure."""
     figures: dict[str, Callable[[], Figure]] = {
@@ -66,7 +66,7 @@ def draw_all(
     figures["error_over_speed"] = lambda: draw_speed(coupling, reference, title, c_host, fmpy_host)
     figures["smoothing"] = lambda: draw_smoothing(smoothing)
     if c_host is not None:
-        figures["scenes"] = lambda: draw_scenes(c_host, scenes)
+        figures["uses"] = lambda: draw_uses(c_host, uses)
     return save_all(output, figures)
 
 
@@ -275,21 +275,21 @@ def draw_smoothing(smoothing: Smoothing) -> Figure:
     return figure
 
 
-def draw_scenes(costs: Costs, scenes: Sequence[Scene]) -> Figure:
+def draw_uses(costs: Costs, uses: Sequence[Use]) -> Figure:
     """What a step costs by what is read, in times of one that reads positions."""
     figure, axes = plt.subplots(figsize=(8.0, 3.4))
-    ratios = np.array([costs.ratio(scene.key, BASE) for scene in scenes])
-    quartiles = np.array([costs.spread(scene.key, BASE) for scene in scenes])
+    ratios = np.array([costs.ratio(use.key, BASE) for use in uses])
+    quartiles = np.array([costs.spread(use.key, BASE) for use in uses])
     whiskers = np.maximum(np.abs(quartiles.T - ratios), 0)
-    places = np.arange(len(scenes))
+    places = np.arange(len(uses))
     axes.barh(places, ratios, color=BLUE, height=0.62, xerr=whiskers, error_kw={"ecolor": BLACK, "capsize": 2})
     for place, ratio, (_, high) in zip(places, ratios, quartiles, strict=True):
         axes.text(max(ratio, high) + 0.06, place, f"{ratio:.2f}", va="center")
-    axes.set_yticks(places, [scene.title for scene in scenes])
+    axes.set_yticks(places, [use.title for use in uses])
     axes.set_xlim(0, 1.1 * max(ratios.max(), quartiles.max()))
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
     axes.set_xlabel("time of a step (reading positions = 1); whiskers: middle half of the rounds")
-    axes.set_title("What a scene pays for what it reads, in a C host", loc="left")
+    axes.set_title("What a step pays for what is read, in a C host", loc="left")
     figure.tight_layout()
     return figure

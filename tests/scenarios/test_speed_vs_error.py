@@ -36,8 +36,8 @@ FILES = [
     "error_of_velocity.png",
     "error_over_speed.png",
     "orders.csv",
-    "scene_cost.csv",
-    "scenes.png",
+    "use_cost.csv",
+    "uses.png",
     "smoothing.csv",
     "smoothing.png",
     "speed_vs_error.md",
@@ -75,7 +75,7 @@ class Finished:
 
     def ratio(self, host: str, key: str) -> float:
         return next(
-            float(row["median"]) for row in self.rows("scene_cost.csv") if (row["host"], row["key"]) == (host, key)
+            float(row["median"]) for row in self.rows("use_cost.csv") if (row["host"], row["key"]) == (host, key)
         )
 
 
@@ -249,10 +249,10 @@ def test_steps_share_one_grid() -> None:
     assert found == pytest.approx(expected, rel=1e-6)
 
 
-# --- scenes ------------------------------------------------------------------------------
+# --- uses ------------------------------------------------------------------------------
 
 
-def test_the_base_of_the_scenes_is_one(finished: Finished) -> None:
+def test_the_base_of_the_uses_is_one(finished: Finished) -> None:
     assert finished.ratio("C", "positions") == 1
 
 

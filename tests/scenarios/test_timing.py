@@ -11,7 +11,7 @@ from scenarios.common import figures
 from scenarios.common.timing import Ratios, noise, ratio_text
 from scenarios.speed_vs_error.__main__ import dearest_rung
 from scenarios.speed_vs_error.cost import step_cost
-from scenarios.speed_vs_error.cost.scene_cost import Costs
+from scenarios.speed_vs_error.cost.use_cost import Costs
 from scenarios.speed_vs_error.coupling.measure import RUNGS
 
 

@@ -1,6 +1,6 @@
 """What a step of the linkage FMU costs a host: in C, and through fmpy.
 
-A small C host (scene_cost.c, compiled here with ziglang) measures scenes and rungs
+A small C host (use_cost.c, compiled here with ziglang) measures uses and rungs
 in interleaved rounds, so that a busy machine slows all alike. What is reported are medians of
 the ratios within a round; only ratios of one run mean something.
 """
@@ -26,7 +26,7 @@ from scenarios.common.timing import Ratios
 from scenarios.speed_vs_error.coupling.crank_profiles import constant
 from scenarios.speed_vs_error.coupling.measure import Rung, drive
 
-HOST_SOURCE = Path(__file__).with_name("scene_cost.c")
+HOST_SOURCE = Path(__file__).with_name("use_cost.c")
 GROUND = ("ground.x", "ground.y", "ground.vx", "ground.vy", "ground.ax", "ground.ay")
 # What the measured steps set: the crank turns evenly; a gentle acceleration, so that it counts.
 VALUES = {
@@ -40,7 +40,7 @@ VALUES = {
 
 
 @dataclass(frozen=True)
-class Scene:
+class Use:
     """What a host sets and reads in each step; ``sensitivities`` are outputs by crank.phi."""
 
     key: str
@@ -55,22 +55,22 @@ class Scene:
 
 _ALL = (*TIP, *GROUND)
 _FORCES = (*CRANK, "machine.v", "tip.fx", "tip.fy")
-SCENES = (
-    Scene("nothing", "nothing read", CRANK, ()),
-    Scene("positions", "positions", CRANK, TIP[:2]),
-    Scene("velocities", "+ velocities", CRANK, TIP[:4]),
-    Scene("accelerations", "+ accelerations", CRANK, TIP),
-    Scene("ground", "+ ground frame", (*CRANK, "machine.v"), _ALL),
-    Scene("torque", "+ torque", _FORCES, (*_ALL, "crank.tau")),
-    Scene("sensitivities", "+ derivatives by crank.phi", _FORCES, (*_ALL, "crank.tau"), (*_ALL, "crank.tau")),
+USES = (
+    Use("nothing", "nothing read", CRANK, ()),
+    Use("positions", "positions", CRANK, TIP[:2]),
+    Use("velocities", "+ velocities", CRANK, TIP[:4]),
+    Use("accelerations", "+ accelerations", CRANK, TIP),
+    Use("ground", "+ ground frame", (*CRANK, "machine.v"), _ALL),
+    Use("torque", "+ torque", _FORCES, (*_ALL, "crank.tau")),
+    Use("sensitivities", "+ derivatives by crank.phi", _FORCES, (*_ALL, "crank.tau"), (*_ALL, "crank.tau")),
 )
 BASE = "positions"
 FMPY_STEPS = 100  # a round of one rung through fmpy
 
 
-def scene_of(rung: Rung) -> Scene:
+def use_of(rung: Rung) -> Use:
     """A step of a rung, of which position, velocity and acceleration of the tip are read."""
-    return Scene(
+    return Use(
         rung.key,
         rung.title,
         CRANK[: rung.inputs],
@@ -83,28 +83,28 @@ def scene_of(rung: Rung) -> Scene:
 
 @dataclass(frozen=True)
 class Costs:
-    """Nanoseconds by scene, an array of rounds each; "sincos" is one call of libm's."""
+    """Nanoseconds by use, an array of rounds each; "sincos" is one call of libm's."""
 
     rounds: dict[str, np.ndarray]
 
-    def ratios(self, scene: str, base: str) -> Ratios:
-        """One scene's time in times of another's."""
-        return Ratios(self.rounds[scene] / self.rounds[base])
+    def ratios(self, use: str, base: str) -> Ratios:
+        """One use's time in times of another's."""
+        return Ratios(self.rounds[use] / self.rounds[base])
 
-    def ratio(self, scene: str, base: str) -> float:
-        """Median over the rounds of one scene's time in times of another's."""
-        return self.ratios(scene, base).median
+    def ratio(self, use: str, base: str) -> float:
+        """Median over the rounds of one use's time in times of another's."""
+        return self.ratios(use, base).median
 
-    def spread(self, scene: str, base: str) -> tuple[float, float]:
+    def spread(self, use: str, base: str) -> tuple[float, float]:
         """Between which ratios the middle half of the rounds lies."""
-        return self.ratios(scene, base).quartiles
+        return self.ratios(use, base).quartiles
 
 
-def in_c_host(fmu: UnpackedFmu, scenes: Sequence[Scene], rounds: int) -> Costs:
-    """Measure scenes in the C host. Raises RuntimeError where it cannot be built or run."""
-    lines = "".join(_line(scene, fmu.reference) for scene in scenes)
+def in_c_host(fmu: UnpackedFmu, uses: Sequence[Use], rounds: int) -> Costs:
+    """Measure uses in the C host. Raises RuntimeError where it cannot be built or run."""
+    lines = "".join(_line(use, fmu.reference) for use in uses)
     with tempfile.TemporaryDirectory() as scratch:
-        program = Path(scratch) / "scene_cost"
+        program = Path(scratch) / "use_cost"
         _run(
             [
                 sys.executable,
@@ -131,7 +131,7 @@ def in_c_host(fmu: UnpackedFmu, scenes: Sequence[Scene], rounds: int) -> Costs:
         )
         printed = _run([str(program), str(fmu.library), fmu.guid, str(rounds)], lines)
     table = np.array([[float(cell) for cell in line.split(",")] for line in printed.splitlines()])
-    return Costs(dict(zip(("sincos", *(scene.key for scene in scenes)), table.T, strict=True)))
+    return Costs(dict(zip(("sincos", *(use.key for use in uses)), table.T, strict=True)))
 
 
 def through_fmpy(fmu: UnpackedFmu, rungs: Sequence[Rung], rounds: int, done: Callable[[int], object]) -> Costs:
@@ -149,22 +149,22 @@ def through_fmpy(fmu: UnpackedFmu, rungs: Sequence[Rung], rounds: int, done: Cal
     return Costs({key: np.array(values) for key, values in taken.items()})
 
 
-def _line(scene: Scene, reference: dict[str, int]) -> str:
-    """A scene as the C host reads it."""
+def _line(use: Use, reference: dict[str, int]) -> str:
+    """A use as the C host reads it."""
 
     def listed(numbers: Sequence[object]) -> list[object]:
         return [len(numbers), *numbers]
 
-    inputs = [number for name in scene.inputs for number in (reference[name], VALUES[name])]
+    inputs = [number for name in use.inputs for number in (reference[name], VALUES[name])]
     words = [
-        *listed([reference[name] for name in scene.flags]),
+        *listed([reference[name] for name in use.flags]),
         reference[SMOOTHING],
-        scene.smoothing,
-        len(scene.inputs),
+        use.smoothing,
+        len(use.inputs),
         *inputs,
-        scene.derivatives,
-        *listed([reference[name] for name in scene.outputs]),
-        *listed([reference[name] for name in scene.sensitivities]),
+        use.derivatives,
+        *listed([reference[name] for name in use.outputs]),
+        *listed([reference[name] for name in use.sensitivities]),
     ]
     return " ".join(map(str, words)) + "\n"
 

@@ -1,10 +1,10 @@
-/* A small FMI 2.0 host that measures what a communication step costs in several scenes: which
+/* A small FMI 2.0 host that measures what a communication step costs in several uses: which
  * inputs it sets, whether with input derivatives, which outputs and directional derivatives it
  * reads. It knows the FMU by value references alone.
  *
- *   scene_cost LIBRARY GUID ROUNDS
+ *   use_cost LIBRARY GUID ROUNDS
  *
- * Standard input: one scene a line, numbers apart by spaces, each list with its length before it:
+ * Standard input: one use a line, numbers apart by spaces, each list with its length before it:
  *
  *   flags   Booleans set to true before initialization
  *   window  value reference and value of a real set before initialization
@@ -14,15 +14,15 @@
  *   outputs value references, read in one call
  *   unknown value references of the directional derivatives by the crank's angle, in one call
  *
- * Rounds of all scenes are interleaved. Each line printed is one round: nanoseconds of libm's
- * sincos, then of a step of each scene. */
+ * Rounds of all uses are interleaved. Each line printed is one round: nanoseconds of libm's
+ * sincos, then of a step of each use. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "scenarios/common/loader.h"
 
 #include <math.h>
 #include <time.h>
 
-enum { STEPS = 1000, SCENES = 32, LENGTH = 32 };
+enum { STEPS = 1000, USES = 32, LENGTH = 32 };
 static const double H = 1e-3; /* s */
 
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
     fmi2ValueReference flag[LENGTH], input[LENGTH], output[LENGTH], unknown[LENGTH];
     double value[LENGTH], window_value;
     fmi2ValueReference window;
-} Scene;
+} Use;
 
 static fmi2SetupExperimentTYPE *setup;
 static fmi2EnterInitializationModeTYPE *enter;
@@ -62,7 +62,7 @@ static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
     fprintf(stderr, "%s\n", message);
 }
 
-/* ---- scenes ---- */
+/* ---- uses ---- */
 
 static size_t read_length(void) {
     size_t length;
@@ -78,20 +78,20 @@ static size_t read_references(fmi2ValueReference *reference) {
 }
 
 /* False at the end of the input. */
-static int read_scene(Scene *scene) {
-    if (scanf("%zu", &scene->flags) != 1)
+static int read_use(Use *use) {
+    if (scanf("%zu", &use->flags) != 1)
         return 0;
-    demand(scene->flags <= LENGTH, "too many flags");
-    for (size_t i = 0; i < scene->flags; ++i)
-        demand(scanf("%u", &scene->flag[i]) == 1, "a flag is missing");
-    demand(scanf("%u %lf", &scene->window, &scene->window_value) == 2, "the window is missing");
-    scene->inputs = read_length();
-    demand(scene->inputs > 0, "a scene needs the crank's angle");
-    for (size_t i = 0; i < scene->inputs; ++i)
-        demand(scanf("%u %lf", &scene->input[i], &scene->value[i]) == 2, "an input is missing");
-    demand(scanf("%d", &scene->order) == 1 && scene->order >= 0 && scene->order <= 2, "bad order");
-    scene->outputs = read_references(scene->output);
-    scene->unknowns = read_references(scene->unknown);
+    demand(use->flags <= LENGTH, "too many flags");
+    for (size_t i = 0; i < use->flags; ++i)
+        demand(scanf("%u", &use->flag[i]) == 1, "a flag is missing");
+    demand(scanf("%u %lf", &use->window, &use->window_value) == 2, "the window is missing");
+    use->inputs = read_length();
+    demand(use->inputs > 0, "a use needs the crank's angle");
+    for (size_t i = 0; i < use->inputs; ++i)
+        demand(scanf("%u %lf", &use->input[i], &use->value[i]) == 2, "an input is missing");
+    demand(scanf("%d", &use->order) == 1 && use->order >= 0 && use->order <= 2, "bad order");
+    use->outputs = read_references(use->output);
+    use->unknowns = read_references(use->unknown);
     return 1;
 }
 
@@ -107,36 +107,35 @@ static double measure_sincos(double speed) {
     return (now() - begin) / STEPS;
 }
 
-static double measure_steps(const Scene *scene) {
+static double measure_steps(const Use *use) {
     static const fmi2Boolean yes[LENGTH] = {fmi2True, fmi2True, fmi2True, fmi2True};
     static const fmi2Integer orders[] = {1, 2};
     static const double seed = 1.0;
-    double speed = scene->value[0], input[LENGTH], output[LENGTH] = {0.0}, slope[LENGTH] = {0.0};
+    double speed = use->value[0], input[LENGTH], output[LENGTH] = {0.0}, slope[LENGTH] = {0.0};
     const double derivative[] = {speed, 0.0};
-    const fmi2ValueReference angle[] = {scene->input[0], scene->input[0]};
-    for (size_t i = 0; i < scene->inputs; ++i)
-        input[i] = scene->value[i];
+    const fmi2ValueReference angle[] = {use->input[0], use->input[0]};
+    for (size_t i = 0; i < use->inputs; ++i)
+        input[i] = use->value[i];
     demand(reset(instance) == fmi2OK, "reset");
     demand(setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
-    if (scene->flags > 0)
-        demand(set_boolean(instance, scene->flag, scene->flags, yes) == fmi2OK, "flags");
-    demand(set_real(instance, &scene->window, 1, &scene->window_value) == fmi2OK, "window");
+    if (use->flags > 0)
+        demand(set_boolean(instance, use->flag, use->flags, yes) == fmi2OK, "flags");
+    demand(set_real(instance, &use->window, 1, &use->window_value) == fmi2OK, "window");
     demand(enter(instance) == fmi2OK && leave(instance) == fmi2OK, "initialize");
     double sum = 0.0, begin = now();
     for (int i = 0; i < STEPS; ++i) {
         double t = i * H;
         input[0] = t * speed;
-        int failed = set_real(instance, scene->input, scene->inputs, input) != fmi2OK;
-        if (scene->order > 0)
-            failed |= set_derivatives(instance, angle, (size_t)scene->order, orders, derivative)
-                      != fmi2OK;
-        failed |= do_step(instance, t, H, fmi2True) != fmi2OK;
-        if (scene->outputs > 0)
-            failed |= get_real(instance, scene->output, scene->outputs, output) != fmi2OK;
-        if (scene->unknowns > 0)
+        int failed = set_real(instance, use->input, use->inputs, input) != fmi2OK;
+        if (use->order > 0)
             failed |=
-                get_directional(instance, scene->unknown, scene->unknowns, angle, 1, &seed, slope)
-                != fmi2OK;
+                set_derivatives(instance, angle, (size_t)use->order, orders, derivative) != fmi2OK;
+        failed |= do_step(instance, t, H, fmi2True) != fmi2OK;
+        if (use->outputs > 0)
+            failed |= get_real(instance, use->output, use->outputs, output) != fmi2OK;
+        if (use->unknowns > 0)
+            failed |= get_directional(instance, use->unknown, use->unknowns, angle, 1, &seed, slope)
+                      != fmi2OK;
         demand(!failed, "step");
         sum += output[0] + slope[0];
     }
@@ -145,8 +144,8 @@ static double measure_steps(const Scene *scene) {
 }
 
 int main(int count, char **arguments) {
-    static Scene scenes[SCENES];
-    demand(count == 4, "usage: scene_cost LIBRARY GUID ROUNDS < SCENES");
+    static Use uses[USES];
+    demand(count == 4, "usage: use_cost LIBRARY GUID ROUNDS < USES");
     void *library = open_library(arguments[1]);
     fmi2InstantiateTYPE *instantiate;
     load_function(library, "fmi2Instantiate", &instantiate);
@@ -161,18 +160,18 @@ int main(int count, char **arguments) {
     load_function(library, "fmi2DoStep", &do_step);
     load_function(library, "fmi2Reset", &reset);
     fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
-    instance = instantiate("scene_cost", fmi2CoSimulation, arguments[2], "", &callbacks, fmi2False,
+    instance = instantiate("use_cost", fmi2CoSimulation, arguments[2], "", &callbacks, fmi2False,
                            fmi2False);
     demand(instance != NULL, "no instance");
 
     size_t used = 0;
-    while (used < SCENES && read_scene(&scenes[used]))
+    while (used < USES && read_use(&uses[used]))
         ++used;
-    demand(used > 0, "no scene");
+    demand(used > 0, "no use");
     for (int round = atoi(arguments[3]); round > 0; --round) {
-        printf("%g", measure_sincos(scenes[0].value[0]));
+        printf("%g", measure_sincos(uses[0].value[0]));
         for (size_t i = 0; i < used; ++i)
-            printf(",%g", measure_steps(&scenes[i]));
+            printf(",%g", measure_steps(&uses[i]));
         putchar('\n');
     }
     return 0;
