@@ -79,7 +79,7 @@ def test_each_leads_to_all_others(pages):
 def test_they_are_the_pages_whole(pages):
     """Every word of a page's Markdown paragraphs is there, and no mark is left over."""
     for source in carried_pages():
-        text = said(pages[html_name(source)])
+        text = said(pages[html_name(source)]).replace("**kwargs", "")  # Python's, in an example
         for left_over in ("**", "](", "<!--", "generated:", "|---"):
             assert left_over not in text, (source, left_over)
         for line in (PROJECT_ROOT / "fmu_src" / "documentation" / source).read_text(encoding="utf-8").splitlines():

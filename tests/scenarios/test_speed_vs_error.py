@@ -36,12 +36,12 @@ FILES = [
     "error_of_velocity.png",
     "error_over_speed.png",
     "orders.csv",
-    "use_cost.csv",
-    "uses.png",
     "smoothing.csv",
     "smoothing.png",
     "speed_vs_error.md",
     "start_up.csv",
+    "use_cost.csv",
+    "uses.png",
 ]
 STEPS = ("2", "5", "10", "20")  # ms: of the coarse run
 
