@@ -38,7 +38,7 @@ MISTAKES = {
     "unknown factor": ("tip.vx", 'crank.w"', 'crank.q"', "'crank.q' is a second factor of its kind, or none of tip.x"),
     "two factors of a kind": ("tip.vx", 'crank.w"', 'tip.y"', "'tip.y' is a second factor"),
     "product of nothing": ("tip.ax", 'crank.a"', 'crank.a + "', "a product has factors"),
-    "too many primes": ("tip.x", '= "tip.x", d', '''= "tip.x\'\'\'", d''', "at most 2 primes"),
+    "too many primes": ("tip.x", '= "tip.x", d', """= "tip.x\'\'\'", d""", "at most 2 primes"),
     "output with a range": ("tip.x", "initially", "range = [0.0, 1.0], initially", "range"),
     "start beyond the range": ("geometry.L2", "start = 0.105", "start = 2e6", "start 2e.06 is not from 1e-06 to 1e.06"),
     "start in the gap": ("geometry.L1", "start = 0.05", "start = 1e-9", "start 1e-09 is not 0 or from 1e-06 to 1e.06"),

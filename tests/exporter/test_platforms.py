@@ -10,7 +10,6 @@ from pathlib import Path
 import fmpy
 import pytest
 from elftools.elf.elffile import ELFFile
-
 from lxml import etree
 
 from fmu_src.exporter import compiler

@@ -1,4 +1,4 @@
-"""The FMI 3.0 FMU as a WebAssembly component, run by wasmtime beside the native binary: the same bits, states and words."""
+"""The FMI 3.0 FMU as a WebAssembly component, run by wasmtime beside the native binary: same bits, states and words."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def alike(pair, answer):
 
 
 def test_it_fits_both_worlds(component):
-    """Imports beyond what co-simulation-fmu and model-exchange-fmu have in common would keep one host or the other off."""
+    """Imports beyond what co-simulation-fmu and model-exchange-fmu share would keep one host or the other off."""
     assert component.imports() == {"fmi:fmi3/types@3.0.0", "fmi:fmi3/callbacks@3.0.0"}
     assert component.exports() == {f"fmi:fmi3/{name}@3.0.0" for name in ("common", "co-simulation", "model-exchange")}
     assert component.run().call("common", "get-version") == "3.0"
@@ -264,6 +264,6 @@ def test_instances_side_by_side(component):
         begin(instance)
     for i in range(20):
         for instance, of in zip(pair, told, strict=True):
-            of += tell(instance, i, i + 1)
+            of.extend(tell(instance, i, i + 1))
     assert told == [wanted, wanted]
     assert not running.logged
