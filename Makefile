@@ -71,9 +71,8 @@ soak: $(VENV)/ready-test build   ## run the long tests: millions of random calls
 	$(BIN)/python -m tests.soak.hostile
 	$(BIN)/python -m tests.soak.heap_at_exit
 
-hosts: $(VENV)/ready-test build   ## run the FMUs in hosts and checkers that others wrote, and on other platforms; HOST=Ecos: that one alone (10 min; 10 more the first time; says what it fetches)
-	$(BIN)/python -m tests.hosts.table $(foreach name,$(HOST),--host '$(name)')
-	$(if $(HOST),,$(BIN)/python -m tests.hosts.foreign_platforms)
+hosts: $(VENV)/ready-test   ## run the FMUs in hosts and checkers that others wrote, and on other platforms; HOST=Ecos: that one alone (10 min; 10 more the first time; says what it fetches)
+	@$(BIN)/python -m tests.hosts $(foreach name,$(HOST),--host '$(name)')
 
 # The environment grows with what is asked for. First what runs: locked packages with hashes, each lock file with all
 # that its packages need, but for cmake, which fmpy wants for foreign sources alone; the compiler for this system;

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import copy
 import sys
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -19,12 +21,38 @@ FMI3 = ROOT / "build" / "fmi3" / "TransplanterLinkage.fmu"
 TWIN = ROOT / "build" / "twin" / "TransplanterLinkageTwin.fmu"
 
 
+class Help(argparse.HelpFormatter):
+    """No word is broken, and a path that is a default is shown as from where the user stands."""
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return textwrap.wrap(" ".join(text.split()), width, break_long_words=False, break_on_hyphens=False)
+
+    def _expand_help(self, action: argparse.Action) -> str:
+        if isinstance(action.default, Path):
+            action = copy.copy(action)
+            action.default = reports.shown(action.default)
+        return super()._expand_help(action)
+
+
+def plants(most: int) -> Callable[[str], int]:
+    """The type of an option: a number of plants, from 1 on."""
+
+    def number(text: str) -> int:
+        if not text.isdecimal() or not 1 <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"give a number of plants from 1 to {most}")
+        return int(text)
+
+    return number
+
+
 def parser(scenario: str, doc: str, **output: object) -> argparse.ArgumentParser:
     """Options that every scenario has; ``doc`` is its module's text, whose first line describes it.
 
     ``output`` are arguments of argparse for that option, where the scenario has its own way.
     """
-    made = argparse.ArgumentParser(prog=f"python -m scenarios.{scenario}", description=doc.splitlines()[0])
+    made = argparse.ArgumentParser(
+        prog=f"python -m scenarios.{scenario}", description=doc.splitlines()[0], formatter_class=Help
+    )
     made.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
     usual = {
         "default": ROOT / "build" / "reports" / scenario,

@@ -93,14 +93,16 @@ def _widths(least: Sequence[int], natural: Sequence[int], width: int) -> list[in
 
 
 def show_files(console: Console, folder: Path, written: Iterable[Path]) -> None:
-    """Print where the reports lie, as seen from where the user stands."""
-    try:
-        shown = folder.resolve().relative_to(Path.cwd())
-    except ValueError:
-        shown = folder
-    console.print(f"Tables and figures: {shown}", soft_wrap=True)
+    """Print where the reports lie."""
+    console.print(f"Tables and figures: {shown(folder)}", soft_wrap=True, markup=False)
     for path in written:
         console.print(f"  {path.name}")
+
+
+def shown(path: Path) -> Path:
+    """A path as seen from where the user stands, if it lies below."""
+    here, whole = Path.cwd(), path.resolve()
+    return whole.relative_to(here) if whole.is_relative_to(here) else path
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from scenarios.common import reports
+from scenarios.common import command, reports
 from scenarios.common.command import ROOT
 from scenarios.common.instance import FmuError
 from scenarios.field_row import figures as row_figures
@@ -59,7 +59,9 @@ class Results:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m scenarios.field_row", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m scenarios.field_row", description=__doc__.splitlines()[0], formatter_class=command.Help
+    )
     parser.add_argument(
         "--system",
         type=Path,
@@ -67,8 +69,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="FILE",
         help="FMUs, connections and parameters (default: %(default)s)",
     )
-    parser.add_argument("--plants", type=_plants, default=PLANTS, help="plants in the row (default: %(default)s)")
-    parser.add_argument("--master", choices=[*MASTERS, CONTROLLED], default=MASTER, help="(default: %(default)s)")
+    parser.add_argument(
+        "--plants", type=command.plants(10_000), default=PLANTS, help="plants in the row (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--master",
+        choices=[*MASTERS, CONTROLLED],
+        default=MASTER,
+        metavar="NAME",
+        help=f"of {', '.join([*MASTERS, CONTROLLED])} (default: %(default)s)",
+    )
     parser.add_argument(
         "--step",
         type=_step,
@@ -107,16 +117,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"The reports cannot be written to {options.output}: {error}", file=sys.stderr)
         return 1
     show(results)
-    print(f"Tables and figures: {_shown(options.output)}")
+    print(f"Tables and figures: {reports.shown(options.output)}")
     for path in written:
         print(f"  {path.name}")
     return 0
-
-
-def _plants(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 10_000:
-        raise argparse.ArgumentTypeError("give a number of plants from 1 to 10000")
-    return int(text)
 
 
 def _step(text: str) -> float:
@@ -137,14 +141,6 @@ def _setting(text: str) -> tuple[str, Value]:
         return name, int(value) if value.lstrip("+-").isdecimal() else float(value)
     except ValueError:
         raise argparse.ArgumentTypeError(f"give component.variable=number, true or false, not {text!r}") from None
-
-
-def _shown(path: Path) -> Path:
-    """A path as seen from where the user stands, if it lies below."""
-    try:
-        return path.resolve().relative_to(Path.cwd())
-    except ValueError:
-        return path
 
 
 def run(

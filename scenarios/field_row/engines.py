@@ -345,7 +345,9 @@ def scenario(options: argparse.Namespace, console: Console) -> tuple[list[Path],
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status, 1 where an engine fails or disagrees."""
-    parser = argparse.ArgumentParser(prog="python -m scenarios.field_row.engines", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m scenarios.field_row.engines", description=__doc__.splitlines()[0], formatter_class=command.Help
+    )
     parser.add_argument(
         "--system",
         type=Path,
@@ -355,8 +357,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--plants",
-        type=int,
-        choices=range(1, 1001),
+        type=command.plants(1000),
         default=ssp.PLANTS,
         metavar="N",
         help="plants in the row (default: %(default)s)",

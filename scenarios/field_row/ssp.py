@@ -22,6 +22,7 @@ import fmpy
 from lxml import etree
 from lxml.etree import SubElement
 
+from scenarios.common import command, reports
 from scenarios.common.command import ROOT
 from scenarios.field_row import run as row_run
 from scenarios.field_row.masters import CoSimulation
@@ -138,7 +139,9 @@ def write(system: System, stop: float, path: Path) -> Path:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m scenarios.field_row.ssp", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m scenarios.field_row.ssp", description=__doc__.splitlines()[0], formatter_class=command.Help
+    )
     parser.add_argument(
         "--system",
         type=Path,
@@ -148,9 +151,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--plants",
-        type=int,
+        type=command.plants(10_000),
         default=PLANTS,
-        choices=range(1, 10_001),
         metavar="N",
         help="plants in the row (default: %(default)s)",
     )
@@ -160,7 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         build_partners()
         row = row_run.row_of(load_system(options.system), options.plants)
         path = write(row.system, row.stop, options.output.resolve())
-        print(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+        print(reports.shown(path))
     except (SystemFault, PartnerError) as error:
         print(error, file=sys.stderr)
     except OSError as error:

@@ -19,7 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 from scenarios.common import measures, reports
-from scenarios.common.command import FMU, ROOT
+from scenarios.common.command import FMU, ROOT, Help
 from scenarios.common.instance import FmuError, Refused
 from scenarios.common.linkage import LinkageFmu, Turns
 from scenarios.paper_cycle import comparison, families, figures, published
@@ -37,7 +37,9 @@ PLANTS = 2  # turns drawn in figure 7
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m scenarios.paper_cycle", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m scenarios.paper_cycle", description=__doc__.splitlines()[0], formatter_class=Help
+    )
     parser.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
     parser.add_argument(
         "--output", type=Path, default=OUTPUT, help="folder for tables and figures (default: %(default)s)"

@@ -1,4 +1,4 @@
-"""The binaries for other platforms run, not just compiled: `python -m tests.hosts.foreign_platforms`, a part of
+"""The binaries for other platforms run, not just compiled: `python -m tests.hosts.foreign_platforms`, the end of
 `make hosts`.
 
 A small C host (platform_bits.c), compiled like the FMU for each platform, drives the binary through a fixed sequence
@@ -120,9 +120,23 @@ def ordered(digits: str) -> int:
     return bits if bits >= 0 else -(bits & 0x7FFFFFFFFFFFFFFF)
 
 
-def unpack_all(version: int, folder: Path) -> dict[str, Path]:
-    """The FMU's binaries for all platforms that could be run, by the platform's name."""
-    targets = [target for target in PLATFORMS.values() if target.suffix != ".dylib" or target == host_platform()]
+def runnable() -> tuple[list[Platform], list[str]]:
+    """The platforms whose programs this machine can run, and a line for each that it cannot."""
+    targets, lacks = [], []
+    for target in PLATFORMS.values():
+        if target.suffix == ".dylib" and target != host_platform():
+            continue  # nowhere
+        try:
+            runner(target)
+        except CannotRun as lack:
+            lacks.append(f"skipped: {target.name}: this machine lacks {lack}")
+        else:
+            targets.append(target)
+    return targets, lacks
+
+
+def unpack_all(version: int, targets: Sequence[Platform], folder: Path) -> dict[str, Path]:
+    """The FMU's binaries for these platforms, by the platform's name."""
     shutil.unpack_archive(build_fmu(version, folder / "fmu", targets), folder / f"unpacked{version}", "zip")
     files: dict[str, Path] = {}
     for target in targets:  # FMI 2.0 has one folder for both processors of a system
@@ -132,19 +146,17 @@ def unpack_all(version: int, folder: Path) -> dict[str, Path]:
     return files
 
 
-def compare_platforms(version: int, folder: Path) -> tuple[list[tuple[str, ...]], list[str]]:
+def compare_platforms(
+    version: int, targets: Sequence[Platform], folder: Path
+) -> tuple[list[tuple[str, ...]], list[str]]:
     """The rows under HEADINGS for one FMI version, and what is to be said besides."""
     rows, notes = [], []
-    libraries = unpack_all(version, folder)
+    libraries = unpack_all(version, targets, folder)
     native = answers(version, libraries[host_platform().name], host_platform(), folder)
     for platform, library in libraries.items():
         target, who, begin = PLATFORMS[platform], f"FMI {version}.0, {platform}", time.perf_counter()
         print(who, flush=True)
-        try:
-            found = compare(native, answers(version, library, target, folder))
-        except CannotRun as lack:
-            notes.append(f"skipped: {who}: this machine lacks {lack}")
-            continue
+        found = compare(native, answers(version, library, target, folder))
         seconds = f"{time.perf_counter() - begin:.1f}"
         by = Path((runner(target) or ["itself, again"])[0]).name
         numbers = (f"{number:,}" for number in (found.lines, found.numbers, found.different))
@@ -157,23 +169,30 @@ def compare_platforms(version: int, folder: Path) -> tuple[list[tuple[str, ...]]
 
 def main() -> int:
     """0 where all platforms that could be run answer alike; else 1."""
-    names = ", ".join(name for name, target in PLATFORMS.items() if target.suffix != ".dylib")
-    print(f"compiling for {names}: minutes the first time, then seconds", flush=True)
-    console, rows, notes = reports.console(), [], []
+    (targets, lacks), console, rows, notes = runnable(), reports.console(), [], []
+    print(f"compiling for {', '.join(target.name for target in targets)}", flush=True)
     with tempfile.TemporaryDirectory() as name:
         for version in (2, 3):
-            for all_, more in zip((rows, notes), compare_platforms(version, Path(name)), strict=True):
+            for all_, more in zip((rows, notes), compare_platforms(version, targets, Path(name)), strict=True):
                 all_.extend(more)
     reports.show_table(console, "", HEADINGS, rows, words=HEADINGS[:4])
     for line in notes:
         console.print(line, highlight=False, markup=False)
     output = Path("build/reports/hosts")
     output.mkdir(parents=True, exist_ok=True)
-    text = ["# The FMU's binaries for other platforms", markdown_table(HEADINGS, rows).rstrip(), *notes]
+    text = ["# The FMU's binaries for other platforms", markdown_table(HEADINGS, rows).rstrip(), *notes, *lacks]
     (output / "platforms.md").write_text("\n\n".join(text) + "\n", encoding="utf-8")
     print(f"written to {output}/")
     return any(ALIKE not in row for row in rows)
 
 
+def plan() -> None:
+    """Say what main() will do: which platforms it compiles for and runs, and which it cannot."""
+    targets, lacks = runnable()
+    names = ", ".join(target.name for target in targets)
+    print(f"platforms: {names}: compiled, minutes the first time, and run", *lacks, sep="\n", flush=True)
+
+
 if __name__ == "__main__":
+    plan()
     sys.exit(main())

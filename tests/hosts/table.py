@@ -1,5 +1,5 @@
-"""The FMUs, unchanged, through hosts and checkers that others wrote: `python -m tests.hosts.table`, which is
-`make hosts`.
+"""The FMUs, unchanged, through hosts and checkers that others wrote: `python -m tests.hosts.table`, the greater part
+of `make hosts`.
 
 First it says what will be fetched and built; each tool is prepared once, before all runs. Each host runs each FMU and
 interface that it plays along the drives of drives.py; the values it returns are held against the exact answer
@@ -25,6 +25,7 @@ import psutil
 from rich.console import Console
 
 from scenarios.common import reports
+from scenarios.common.command import Help
 from scenarios.common.reports import markdown_table, write_csv
 from tests.hosts.drives import DRIVES, ROUNDING, STEP, STEPS
 from tests.hosts.foreign import CHECKERS, HOSTS, interfaces, load
@@ -110,10 +111,13 @@ def names_of(shown: str) -> list[str]:
     return [name for name in (*HOSTS, *CHECKERS) if load(name).NAME.lower() == shown.lower()]
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """0 where all that ran agrees, or differs by a defect known of the host; else 1."""
+def main(arguments: list[str] | None = None, first: Callable[[], object] = lambda: None) -> int:
+    """0 where all that ran agrees, or differs by a defect known of the host; else 1.
+
+    ``first`` is called once it is said what will be run, and before anything is.
+    """
     shown = list(dict.fromkeys(load(name).NAME for name in (*HOSTS, *CHECKERS)))
-    parser = argparse.ArgumentParser(prog="hosts", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="hosts", description=__doc__.splitlines()[0], formatter_class=Help)
     parser.add_argument("--fmu", type=Path, action="append", help="default: those in build/")
     parser.add_argument(
         "--host", action="append", metavar="NAME", help=f"repeatable; default: all of {', '.join(shown)}"
@@ -123,13 +127,14 @@ def main(arguments: list[str] | None = None) -> int:
     unknown = [name for name in chosen.host or () if not names_of(name)]
     if unknown:
         parser.error(f"no host or checker is called {' or '.join(unknown)}; there are {', '.join(shown)}")
+    asked = list(dict.fromkeys(name for host in chosen.host or shown for name in names_of(host)))
+    skipped = plan(asked)
+    first()
     fmus = chosen.fmu or [fmu for fmu in FMUS if fmu.exists()]
     absent = [fmu for fmu in fmus if not fmu.exists()]
     if absent or not fmus:
         print(f"hosts: {[*absent, *FMUS][0]} is missing: `make build` makes it", file=sys.stderr)
         return 1
-    asked = list(dict.fromkeys(name for host in chosen.host or shown for name in names_of(host)))
-    skipped = plan(asked)
     skipped |= prepare([name for name in asked if name not in skipped])
     todo = [(name, fmu) for name in asked if name not in skipped for fmu in fmus]
     runs, checks = [], []
@@ -140,7 +145,7 @@ def main(arguments: list[str] | None = None) -> int:
             what = f"{row.interface} " if isinstance(row, Run) else ""
             tell(f"[{number}/{len(todo)}] {load(name).NAME}, FMI {row.edition} {what}- {row.verdict}")
     write(runs, checks, skipped, chosen.output)
-    show(reports.console(), runs, checks, skipped)
+    show(reports.console(), runs, checks)
     print(f"written to {chosen.output}/")
     return any(row.verdict == DIFFERS for row in (*runs, *checks))
 
@@ -282,29 +287,29 @@ def explanation() -> str:
     )
 
 
-def notes(runs: list[Run], checks: list[Check], skipped: dict[str, str]) -> list[str]:
+def notes(runs: list[Run], checks: list[Check]) -> list[str]:
     """What stands under the tables."""
-    lines = list(dict.fromkeys(f"skipped: {load(name).NAME}: {why}" for name, why in skipped.items()))
-    return [remark for row in (*runs, *checks) for remark in row.remarks] + lines
+    return [remark for row in (*runs, *checks) for remark in row.remarks]
 
 
-def show(console: Console, runs: list[Run], checks: list[Check], skipped: dict[str, str]) -> None:
-    """Both tables, and what stands under them."""
+def show(console: Console, runs: list[Run], checks: list[Check]) -> None:
+    """Both tables, and what stands under them; what was skipped has been said when it was."""
     colours = {AGREES: "green", DIFFERS: "bold red", DEFECT: "yellow"}
     for headings, rows in ((HEADINGS, runs), (CHECK_HEADINGS, checks)):
         if rows:
             styles = [colours.get(row.verdict, "green") for row in rows]
             reports.show_table(console, "", headings, [row.cells() for row in rows], words=WORDS, styles=styles)
-    for text in (explanation(), *notes(runs, checks, skipped)):
+    for text in (explanation(), *notes(runs, checks)):
         console.print(text, highlight=False, markup=False)
 
 
 def write(runs: list[Run], checks: list[Check], skipped: dict[str, str], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
+    left_out = dict.fromkeys(f"skipped: {load(name).NAME}: {why}" for name, why in skipped.items())
     text = [
         "# The FMUs in hosts that others wrote", explanation(), markdown_table(HEADINGS, [r.cells() for r in runs]),
         markdown_table(CHECK_HEADINGS, [c.cells() for c in checks]),
-        "\n".join(f"- {note}" for note in notes(runs, checks, skipped)),
+        "\n".join(f"- {note}" for note in (*notes(runs, checks), *left_out)),
     ]  # fmt: skip
     (folder / "hosts.md").write_text("\n\n".join(part.rstrip() for part in text) + "\n", encoding="utf-8")
     headings = (
@@ -329,7 +334,4 @@ def csv_row(run: Run, drive: str) -> tuple[object, ...]:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.exit("hosts: interrupted; what was built stays in build/hosts")
+    sys.exit(main())

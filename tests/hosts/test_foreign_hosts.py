@@ -6,6 +6,7 @@ Hosts that come from elsewhere than the Python package index are run by `make ho
 from __future__ import annotations
 
 import contextlib
+import fnmatch
 import math
 import os
 import re
@@ -15,7 +16,8 @@ import types
 import psutil
 import pytest
 
-from tests.hosts import table
+from tests.hosts import __main__ as make_hosts
+from tests.hosts import foreign_platforms, table
 from tests.hosts.drives import COMPARED, DRIVES, EVEN, RIPPLE, ROUNDING, STEP, STEPS
 from tests.hosts.foreign import CHECKERS, HOSTS, interfaces, load
 from tests.hosts.judge import judge
@@ -166,6 +168,39 @@ def test_it_says_what_it_builds_and_builds_each_tool_once(monkeypatch, capsys):
     fmus = len([fmu for fmu in table.FMUS if fmu.exists()])
     assert done == ["one"] + [name for name in ("one", "two", "three") for _ in range(fmus)]
     assert "  Tool: 0 s" in capsys.readouterr().out
+
+
+def test_all_is_said_before_anything_is_done(monkeypatch, capsys):
+    """Hosts, other platforms and what this machine lacks for them; then the FMUs are built."""
+    fake_tools(monkeypatch, lambda *_, **__: None)
+    monkeypatch.setattr(foreign_platforms.shutil, "which", lambda _: None)
+    done = []
+
+    def build(arguments):
+        said = capsys.readouterr().out
+        assert "hosts and checkers: Tool, Plain" in said and "platforms: " in said
+        assert said.count("lacks wine") == 1 and said.count("cargo builds it") == 1
+        done.append(arguments)
+        return 1
+
+    monkeypatch.setattr(make_hosts, "linkage_fmu", build)
+    monkeypatch.setattr(table, "play", lambda *_: pytest.fail("without FMUs"))
+    monkeypatch.setattr(foreign_platforms, "main", lambda: pytest.fail("without FMUs"))
+    assert make_hosts.main([]) == 1
+    assert done == [["build"]]
+
+
+@pytest.mark.parametrize(
+    ("library", "serves"),
+    [
+        ("usr/lib/llvm-14/lib/libclang.so.1", True),
+        ("usr/lib/x86_64-linux-gnu/libclang-14.so.14", True),
+        ("usr/lib64/libclang.so", True),
+        ("usr/lib/x86_64-linux-gnu/libclang-cpp.so.14", False),  # without the other, cargo fails after minutes
+    ],
+)
+def test_the_library_that_fmi_sim_is_built_with(library, serves):
+    assert any(fnmatch.fnmatch(library, pattern) for pattern in load("fmi_sim").LIBCLANG) == serves
 
 
 def test_a_tool_that_cannot_be_had_costs_one_line(monkeypatch, capsys):

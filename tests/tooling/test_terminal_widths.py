@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import io
 import os
 import re
@@ -147,6 +148,37 @@ def said(command: list[str], width: int | None) -> str:
         environment["COLUMNS"] = str(width)
     done = subprocess.run(command, cwd=PROJECT_ROOT, env=environment, capture_output=True, text=True, check=True)
     return done.stdout
+
+
+MAINS = [
+    ".".join(path.relative_to(PROJECT_ROOT).with_suffix("").parts)
+    for room in ("scenarios", "tests/hosts")
+    for path in sorted((PROJECT_ROOT / room).rglob("*.py"))
+    if "argparse" in (text := path.read_text(encoding="utf-8")) or "command.parser(" in text
+    if "def main(" in text
+]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("module", MAINS)
+def test_help(module, width, monkeypatch, capsys):
+    """Paths among the defaults are as from where the user stands, and whole."""
+
+    def shown(columns: int) -> str:
+        monkeypatch.setenv("COLUMNS", str(columns))
+        with pytest.raises(SystemExit) as ended:
+            importlib.import_module(module).main(["--help"])
+        assert ended.value.code == 0
+        return capsys.readouterr().out
+
+    monkeypatch.chdir(PROJECT_ROOT)
+    narrow = shown(width)
+    assert_whole(narrow, shown(WIDE), width)
+    assert str(PROJECT_ROOT) not in narrow
+
+
+def test_every_scene_has_help():
+    assert {"scenarios.field_row.__main__", "scenarios.field_row.engines", "scenarios.sweep.__main__"} < set(MAINS)
 
 
 def linkage_fmu(*arguments: str) -> list[str]:

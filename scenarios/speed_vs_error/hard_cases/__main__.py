@@ -11,16 +11,18 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from scenarios.common.command import FMU, ROOT
+from scenarios.common.command import FMU, ROOT, Help
 from scenarios.common.instance import FmuError, UnpackedFmu
-from scenarios.common.reports import console
+from scenarios.common.reports import console, shown
 from scenarios.speed_vs_error.hard_cases import report
 from scenarios.speed_vs_error.hard_cases.sections import SECTIONS
 
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
-        prog="python -m scenarios.speed_vs_error.hard_cases", description=__doc__.splitlines()[0]
+        prog="python -m scenarios.speed_vs_error.hard_cases",
+        description=__doc__.splitlines()[0],
+        formatter_class=Help,
     )
     parser.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
     parser.add_argument(
@@ -35,7 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
     except FmuError as error:
         print(error, file=sys.stderr)
         return 1
-    print(f"Table and figure: {chosen.output}")
+    print(f"Table and figure: {shown(chosen.output)}")
     for path in written:
         print(f"  {path.name}")
     return 0 if all_met else 1

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from scenarios.common.command import FMU, ROOT, TWIN
-from scenarios.common.reports import machine
+from scenarios.common.command import FMU, ROOT, TWIN, Help
+from scenarios.common.reports import machine, shown
 from scenarios.speed_vs_error.solving import in_python, peers, report, way
 from scenarios.speed_vs_error.solving.in_c import Library
 from scenarios.speed_vs_error.solving.measure import Cell, measure
@@ -26,9 +26,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m scenarios.speed_vs_error.solving",
         description="Time and error of one evaluation of the linkage, beside its peers.",
+        formatter_class=Help,
     )
-    parser.add_argument("--fmu", type=Path, default=FMU)
-    parser.add_argument("--twin", type=Path, default=TWIN)
+    parser.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
+    parser.add_argument("--twin", type=Path, default=TWIN, help="the twin in Python (default: %(default)s)")
     parser.add_argument(
         "--output",
         type=Path,
@@ -49,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
     _, written = perform(
         options.output, options.fmu, options.twin, options.rounds, options.angles, not options.without_peers
     )
-    print(f"Written to {options.output}: {', '.join(path.name for path in written)}")
+    print(f"Written to {shown(options.output)}: {', '.join(path.name for path in written)}")
     return 0
 
 

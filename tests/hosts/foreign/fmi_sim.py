@@ -18,7 +18,12 @@ VERSION = "0.7.0"
 PROGRAM = TOOLS / f"fmi-sim-{VERSION}" / "bin" / "fmi-sim"
 PREPARED = f"cargo fetches fmi-sim {VERSION} and what it needs from crates.io and compiles it: ten minutes on two cores"
 LOG = TOOLS / "fmi-sim.log"
-LIBCLANG = ("usr/lib/llvm-*/lib/libclang*.so*", "usr/lib/*/libclang*.so*", "usr/lib*/libclang.so*")  # from the root on
+# from the root on; libclang-14.so.1 is one, libclang-cpp.so.14, the C++ interface, is none
+LIBCLANG = tuple(
+    f"{folder}/libclang{version}.so*"
+    for folder in ("usr/lib/llvm-*/lib", "usr/lib/*", "usr/lib*")
+    for version in ("", "-[0-9]*")
+)
 
 
 def missing() -> str:
