@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 from lxml import etree
+from PIL import Image
 
 from fmu_src.exporter.compiler import compile_library, host_platform
 from scenarios.field_row import __main__ as field_row
@@ -267,6 +268,101 @@ def test_a_drive_in_other_units_gives_the_report_of_its_twin_in_si(foreign_drive
     np.testing.assert_allclose(signals["other"][1], signals["si"][1], rtol=1e-8, atol=1e-9)
     speed = signals["other"][0].index("drivetrain.machine.v / m/s")
     assert signals["other"][1][:, speed] == pytest.approx(0.3 * 6.2 / math.tau, rel=1e-8)
+
+
+OTHER_UNITS = {  # for an SI unit: another, and how much of the SI unit it is
+    "rad": ("deg", math.pi / 180),
+    "rad/s": ("rpm", math.pi / 30),
+    "m": ("mm", 1e-3),
+    "m/s": ("km/h", 1 / 3.6),
+    "N": ("kN", 1e3),
+    "N.m": ("N.cm", 1e-2),
+    "J": ("kJ", 1e3),
+}
+
+
+def in_other_units(partner: Path, changed: Path) -> Path:
+    """A partner of this project that says, takes and gives its values in OTHER_UNITS."""
+    factors = f"FACTORS = { {unit: factor for unit, (_, factor) in OTHER_UNITS.items()} }\n"
+    with zipfile.ZipFile(partner) as source, zipfile.ZipFile(changed, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "modelDescription.xml":
+                root = etree.fromstring(content)
+                definitions = root.find("UnitDefinitions")
+                for unit in list(definitions):
+                    if unit.get("name") in OTHER_UNITS:
+                        other, factor = OTHER_UNITS[unit.get("name")]
+                        base = {**unit[0].attrib, "factor": repr(factor)}
+                        etree.SubElement(etree.SubElement(definitions, "Unit", name=other), "BaseUnit", base)
+                for real in root.findall("ModelVariables/ScalarVariable/Real"):
+                    if real.get("unit") in OTHER_UNITS:
+                        other, factor = OTHER_UNITS[real.get("unit")]
+                        real.set("unit", other)
+                        if real.get("start") is not None:
+                            real.set("start", repr(float(real.get("start")) / factor))
+                content = etree.tostring(root)
+            elif name == "resources/planting_partner.py":
+                text = content.decode()
+                for old, new in (
+                    (
+                        "getter=lambda: self.value[name],",
+                        "getter=lambda: self.value[name] / FACTORS[unit] "
+                        "if more and unit in FACTORS else self.value[name],",
+                    ),
+                    (
+                        "lambda value: self.value.__setitem__(name, value)",
+                        "lambda value: self.value.__setitem__("
+                        "name, value * FACTORS[unit] if more and unit in FACTORS else value)",
+                    ),
+                ):
+                    assert text.count(old) == 1
+                    text = text.replace(old, new)
+                content = (text + factors).encode()
+            target.writestr(name, content)
+    return changed
+
+
+def pixels(picture: Path) -> np.ndarray:
+    with Image.open(picture) as image:
+        return np.asarray(image.convert("L"), dtype=float)
+
+
+def test_the_whole_report_is_that_of_the_twins_in_si(system, tmp_path, monkeypatch):
+    """Every partner in degrees, rpm, mm, km/h, kN, N.cm and kJ, with the study of errors: sentences, tables, pictures.
+
+    Forces that are given with their slopes and allowed errors of the controlled master among them.
+    """
+    for name, value in (("STEPS_MS", (5.0, 10.0)), ("TRUTH_MS", 1.0), ("TOLERANCES", (10.0,)), ("PLANTS", 1)):
+        monkeypatch.setattr(row_study, name, value)
+    written = {}
+    for key, change in (("si", shutil.copy), ("other", in_other_units)):
+        folder, output = tmp_path / key, tmp_path / f"report_{key}"
+        folder.mkdir()
+        for name in ("Drivetrain", "Conveyor", "Soil"):
+            change(ROOT / "build" / "partners" / f"{name}.fmu", folder / f"{name}.fmu")
+        file = tmp_path / "mine.toml"  # the report names it
+        text = ROW.read_text(encoding="utf-8").replace("build/partners", folder.as_posix())
+        file.write_text(text, encoding="utf-8")
+        arguments = ["--plants", "2", "--step", "5", "--set", "drivetrain.plant.spacing=0.3", "--output", str(output)]
+        assert field_row.main(["--system", str(file), *arguments]) == 0
+        written[key] = output
+    si, other = written["si"], written["other"]
+    names = sorted(path.name for path in si.iterdir())
+    assert names == sorted(path.name for path in other.iterdir())
+    assert {"errors.png", "energy.png", "turn.png", "row.png", "field_row.md", "signals.csv"} < set(names)
+    assert (si / "field_row.md").read_text(encoding="utf-8") == (other / "field_row.md").read_text(encoding="utf-8")
+    for name in names:
+        if name.endswith(".csv"):
+            (heading, *rows), (same, *others) = (
+                list(csv.reader((folder / name).open(encoding="utf-8", newline=""))) for folder in (si, other)
+            )
+            assert heading == same and len(rows) == len(others) > 1
+            for row, twin in zip(rows, others, strict=True):
+                for column, one, two in zip(heading, row, twin, strict=True):
+                    assert one == two or float(one) == pytest.approx(float(two), rel=1e-6, abs=1e-8), (name, column)
+        elif name.endswith(".png"):
+            assert abs(pixels(si / name) - pixels(other / name)).mean() < 0.02, name  # of 255
 
 
 def test_an_allowed_error_is_that_of_the_unit(foreign_row):
