@@ -172,6 +172,8 @@ def dangling(folder: Path) -> Iterator[str]:
 
 def description(fmu: Subject) -> Iterator[str]:
     """Everything that fmpy finds, and an interface type."""
+    if not (fmu.folder / "modelDescription.xml").is_file():
+        raise Consequence("there is none, as the archive's check says")
     problems = [
         *dangling(fmu.folder),
         *(problem for problem in validate_fmu(str(fmu.folder)) if not CRYPTIC.fullmatch(problem)),

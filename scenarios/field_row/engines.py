@@ -243,9 +243,10 @@ def draw(path: Path, found: Sequence[Compared], watched: Sequence[str], base: np
         off.axhline(np.finfo(float).eps, color=figures.GREY, linewidth=0.8)
         off.annotate(
             "a unit in the last place",
-            (time[0], np.finfo(float).eps),
+            (time[-1], np.finfo(float).eps),
             xytext=(0, 3),
             textcoords="offset points",
+            ha="right",
             fontsize=8,
             color=figures.NOTE,
         )
@@ -257,7 +258,7 @@ def draw(path: Path, found: Sequence[Compared], watched: Sequence[str], base: np
         equal.set_yticks(range(len(same)), [f"{title}: {len(steps)}" for title, steps, _ in same])
         equal.grid(visible=False)
         equal.set_title(f"Steps, of {len(time)}, after which no bit of any signal differs", loc="left")
-        signal.set_ylabel(f"{shown} / {WATCHED[shown]}")
+        signal.set_ylabel(f"{shown} / {WATCHED[shown].replace('.', '·')}")
         signal.set_title("The same archive in every engine", loc="left")
         signal.legend(loc="upper left", ncols=3)
         off.legend(loc="lower right", ncols=2, markerscale=4)

@@ -198,7 +198,7 @@ def draw_turn(record: Record) -> Figure:
     for axis, panel in of_axis.items():
         panel.set_ylabel(axis)
         if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc="upper right")
+            panel.legend(loc="best" if panel is heights else "upper right")
         if record.offers("soil.tip.depth"):
             panel.fill_between(
                 phi,
@@ -212,7 +212,7 @@ def draw_turn(record: Record) -> Figure:
             )
     panels[-1, 0].set_xlabel("crank angle φ / degrees (0: nozzle at its top)")
     panels[-1, 0].set(xlim=(0, 360), xticks=np.arange(0, 361, 30))
-    soil = " (brown: the tip is in the soil)" if record.offers("soil.tip.depth") else ""
+    soil = " (shaded: the tip is in the soil)" if record.offers("soil.tip.depth") else ""
     figure.suptitle(f"One turn of the crank in the middle of the row{soil}", x=0.01, ha="left", fontsize=11)
     return figure
 

@@ -402,6 +402,7 @@ def _phases(table: _Table, turn: Turns) -> None:
         computed=f"descends until {bottom.phi_deg:.1f} deg, rises only then; "
         f"tip.y changes by {(turn['tip.y'][window][-1] - turn['tip.y'][window][0]) * 1e3:+.1f} mm from V to VI",
         holds=bool(np.all(vy[window] > 0)),
+        reason=f"V lies {bottom.phi_deg - phi[window][0]:.1f} deg before the lowest point",
     )
     slowest_at = float(phi[window][np.argmin(speed[window])])
     table.add(

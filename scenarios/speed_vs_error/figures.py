@@ -227,6 +227,8 @@ def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | Non
             _line(axes, rung.key, rates / 1e3 * costs.ratio(rung.key, "held"), errors, 0, label)
     for axes in panels.flat:
         axes.set_xscale("log")
+        first, last = np.log10(axes.get_xlim())
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if last - first < 2.5 else (1,)))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
         _error_axis(axes, 0, max(error.worst[0] for error in coupling.all if error.profile == profile))
@@ -235,7 +237,7 @@ def draw_speed(coupling: Coupling, profile: str, title: str, c_host: Costs | Non
     for axes, (name, _) in zip(panels[0, 1:], hosts, strict=True):
         axes.set_xlabel("host time (held at 1 ms = 1)")
         axes.set_title(f"Time of a step in {'a ' if name == 'C host' else ''}{name}", loc="left")
-    figure.suptitle(f"Error against speed: {title}", x=0.012, ha="left", fontsize=11)
+    figure.suptitle(f"Error against speed: {title} (on the lower edge: exact)", x=0.012, ha="left", fontsize=11)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3, bbox_to_anchor=(0.5, 0.0))
     figure.tight_layout(rect=(0, 0.17, 1, 0.985))

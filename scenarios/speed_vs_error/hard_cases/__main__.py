@@ -12,7 +12,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from scenarios.common.command import FMU, ROOT, Help
-from scenarios.common.instance import FmuError, UnpackedFmu
+from scenarios.common.instance import FmuError, Refused, UnpackedFmu
 from scenarios.common.reports import console, shown
 from scenarios.speed_vs_error.hard_cases import report
 from scenarios.speed_vs_error.hard_cases.sections import SECTIONS
@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     try:
         _, written, all_met = perform(chosen.output, chosen.fmu)
-    except FmuError as error:
+    except (FmuError, Refused) as error:
         print(error, file=sys.stderr)
         return 1
     print(f"Table and figure: {shown(chosen.output)}")

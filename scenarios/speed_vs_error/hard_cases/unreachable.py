@@ -18,9 +18,11 @@ def measure(fmu: UnpackedFmu) -> list[Measured]:
     return [line for part in (through, at_initialization, stubborn_hosts) for line in part(fmu)]
 
 
-def started(fmu: UnpackedFmu, phi: float) -> Instance:
-    instance = Instance(fmu, "open").initialize(OPEN | {"crank.phi": phi, "crank.w": 1.0, "machine.v": 0.4})
-    return instance.step(0.0, STEP).step(STEP, STEP, {"crank.phi": phi + STEP})
+def started(fmu: UnpackedFmu, phi: float, w: float = 1.0) -> Instance:
+    """Two steps on, at the angle phi, rad, where a third is taken: the crank has come there at the speed w, rad/s."""
+    before = phi - 2 * STEP * w
+    instance = Instance(fmu, "open").initialize(OPEN | {"crank.phi": before, "crank.w": w, "machine.v": 0.4})
+    return instance.step(0.0, STEP).step(STEP, STEP, {"crank.phi": before + STEP * w})
 
 
 def traceless(instance: Instance, call: Callable[[], int], expected: int) -> int:
@@ -43,7 +45,7 @@ def through(fmu: UnpackedFmu) -> Iterable[Measured]:
     for direction, (near, far) in ((1, EDGES), (-1, EDGES[::-1])):
         for h in (1e-6, 1e-3, 0.35):
             for leave in (near, far):
-                with started(fmu, near) as instance, started(fmu, near) as plain:
+                with started(fmu, near, direction) as instance, started(fmu, near, direction) as plain:
                     aim = {"crank.phi": OPEN_ANGLE - direction * h, "crank.w": float(direction)}
                     instance.set(aim)
                     where = f"{'forwards' if direction > 0 else 'backwards'}, h = {h:g} s"
