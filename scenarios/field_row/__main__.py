@@ -294,17 +294,16 @@ ENERGIES = ("drivetrain.energy.tractor", "soil.energy.soil", "drivetrain.energy.
 
 
 def balance(results: Results) -> list[tuple[str, str, str]]:
-    """Energy of the whole row: part, J, share of the tractor's work. Empty where no energies are offered."""
+    """Energy of the whole row: part, J, share of the tractor's work. Empty where one of ENERGIES is not offered."""
     record = results.record
+    if not record.offers(*ENERGIES):
+        return []
     labels = ("given by the tractor", "taken by the soil", "heat in the shaft", "stored in shaft and crank")
-    ends = [
-        (label, float(record[name][-1])) for label, name in zip(labels, ENERGIES, strict=True) if record.offers(name)
+    ends = [(label, float(record[name][-1])) for label, name in zip(labels, ENERGIES, strict=True)]
+    ends += [
+        ("not accounted for: error of the coupling, at the end", float(record.imbalance[-1])),
+        ("... and at most", float(abs(record.imbalance).max())),
     ]
-    if record.offers(*ENERGIES):
-        ends += [
-            ("not accounted for: error of the coupling, at the end", float(record.imbalance[-1])),
-            ("... and at most", float(abs(record.imbalance).max())),
-        ]
     given = float(record[ENERGIES[0]][-1])
     known = math.isfinite(given) and given != 0
     return [
@@ -413,9 +412,9 @@ BALANCE = ("energy of the row", "J", "share")
 
 def left_out(results: Results) -> list[str]:
     """What the reports do not show, and why."""
-    said = []
+    said, system = [], results.row.system
     if results.record.not_offered:
-        said.append(f"Not offered by the FMUs, and left out: {', '.join(results.record.not_offered)}.")
+        said.append(f"Not offered by the FMUs, and left out: {system.names(results.record.not_offered)}.")
     if not results.record.offers(*ENERGIES):
         lacking = [name for name in ENERGIES if not results.record.offers(name)]
         said.append(f"The balance of energy and energy.png are left out: they need {', '.join(lacking)}.")
@@ -506,9 +505,7 @@ def write_tables(output: Path, results: Results) -> list[Path]:
         "",
     ]
     if lines := balance(results):
-        parts += ["## Energy", "", reports.markdown_table(BALANCE, lines)]
-    if record.offers(*ENERGIES):
-        parts += ["![Energy](energy.png)", ""]
+        parts += ["## Energy", "", reports.markdown_table(BALANCE, lines), "![Energy](energy.png)", ""]
     if ours(results, "drivetrain") and ours(results, "soil"):
         parts += [
             (

@@ -291,7 +291,7 @@ def scenario(options: argparse.Namespace, console: Console) -> tuple[list[Path],
     headings, lines = beside(found, watched, base)
     length = f"{row.plants} plants" if row.plants else f"{row.stop:g} s"
     if not_offered:
-        said.append(f"Not offered by the FMUs, and not compared: {', '.join(not_offered)}.")
+        said.append(f"Not offered by the FMUs, and not compared: {row.system.names(not_offered)}.")
     title = f"{length}, steps of {options.step:g} ms, difference of a signal / its range"
     reports.show_table(console, title, AGREEMENT, agreement(found, watched))
     reports.show_table(console, "The end of the row", headings, lines)

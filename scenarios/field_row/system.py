@@ -62,6 +62,13 @@ class System:
         found = self.component(component)
         return found is not None and found.names.get(variable, variable) in found.variables
 
+    def names(self, signals: Iterable[str]) -> str:
+        """Signals in a sentence; those of a part that the system does not have stand together."""
+        said = dict.fromkeys(
+            signal if self.component(part := signal.partition(".")[0]) else f"all of {part}" for signal in signals
+        )
+        return ", ".join(said)
+
     # ---- what is wrong with it -------------------------------------------------------------------
 
     def check(self, watched: Iterable[str] = ()) -> None:

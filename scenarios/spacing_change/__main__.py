@@ -184,7 +184,8 @@ def draw(path: Turns, driven: Sequence[Plant], still: Sequence[Plant], surface_m
         middle = 0.5 * (plant.hole.entry + plant.hole.exit).real
         near = np.abs(tip.real - middle) < 160
         panel.plot(np.where(near, tip.real - middle, np.nan), np.where(near, tip.imag, np.nan), color=figures.BLUE)
-        panel.axhline(surface_mm, color="#8C6D46", linewidth=1.0, linestyle=(0, (6, 3)))
+        panel.axhline(surface_mm, color=figures.EARTH_EDGE, linewidth=1.0, linestyle=(0, (6, 3)))
+        panel.text(-155, surface_mm + 3, "ridge surface", fontsize=8, color=figures.EARTH_EDGE)
         ends = [plant.hole.entry.real - middle, plant.hole.exit.real - middle]
         panel.plot(ends, [surface_mm] * 2, "o-", color=figures.BLACK, markersize=4)
         panel.set(

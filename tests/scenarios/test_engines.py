@@ -148,7 +148,7 @@ def test_the_engines_take_a_system_that_the_row_takes(tmp_path: Path) -> None:
     options = ["--plants", "1", "--step", "10", "--output", str(tmp_path), "--archive", str(tmp_path / "row.ssp")]
     engines.main(["--system", str(ROW.with_name("drive_only.toml")), *options])
     text = (tmp_path / "engines.md").read_text(encoding="utf-8")
-    assert "Not offered by the FMUs, and not compared: conveyor.seedling.in_nozzle, " in text
+    assert "Not offered by the FMUs, and not compared: all of conveyor, all of soil.\n" in text
     assert text.count("not run") == len(ENGINES) - sum(map(installed, ENGINES))
     if installed("libcosim"):  # Ecos differs here, and the report says so
         assert "libcosim agrees with our Jacobi master in each of 14 signals" in text

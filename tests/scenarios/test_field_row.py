@@ -446,6 +446,8 @@ def test_the_least_system_runs(system, tmp_path):
     assert field_row.main(["--system", str(drive_only), "--plants", "2", "--output", str(tmp_path)]) == 0
     text = (tmp_path / "field_row.md").read_text(encoding="utf-8")
     assert "nan" not in text.lower() and "nothing in this system offers soil.hole.count" in text
+    assert "Not offered by the FMUs, and left out: all of conveyor, all of soil.\n" in text
+    assert "energy.png are left out: they need soil.energy.soil." in text and "## Energy" not in text  # no part of it
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "field_row.md",
         "plants.csv",
