@@ -304,17 +304,11 @@ def in_other_units(partner: Path, changed: Path) -> Path:
                 content = etree.tostring(root)
             elif name == "resources/planting_partner.py":
                 text = content.decode()
+                other = "FACTORS[unit] if more and unit in FACTORS"
+                getter, setter = "getter=lambda: self.value[name]", "self.value.__setitem__(name, value)"
                 for old, new in (
-                    (
-                        "getter=lambda: self.value[name],",
-                        "getter=lambda: self.value[name] / FACTORS[unit] "
-                        "if more and unit in FACTORS else self.value[name],",
-                    ),
-                    (
-                        "lambda value: self.value.__setitem__(name, value)",
-                        "lambda value: self.value.__setitem__("
-                        "name, value * FACTORS[unit] if more and unit in FACTORS else value)",
-                    ),
+                    (getter, f"getter=lambda: self.value[name] / {other} else self.value[name]"),
+                    (setter, f"self.value.__setitem__(name, value * {other} else value)"),
                 ):
                     assert text.count(old) == 1
                     text = text.replace(old, new)
