@@ -115,12 +115,12 @@ def draw_errors(coupling: Coupling, profiles: Sequence[Profile], quantity: int) 
         axes.set_title(profile.title, loc="left")
         # Those that are exact at every step would hide each other on the lower edge: their marks stand there instead.
         if exact:
-            axes.text(0.03, 0.052, "exact:", transform=axes.transAxes, va="center", fontsize=8.5, color=NOTE)
+            axes.text(0.03, 0.12, "exact:", transform=axes.transAxes, va="center", fontsize=8.5, color=NOTE)
             for k, key in enumerate(exact):
                 colour, marker, size, _ = LOOKS[key]
                 axes.plot(
                     0.17 + 0.065 * k,
-                    0.052,
+                    0.12,
                     marker,
                     transform=axes.transAxes,
                     color=colour,
