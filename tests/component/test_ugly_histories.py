@@ -159,7 +159,7 @@ def test_smoothing_is_never_much_worse_than_holding(instance, source, smoothing)
     @UGLY
     @given(histories())
     def try_one(history: History) -> None:
-        assert measured(instance, history, source, **{"crank.smoothing": smoothing})["position"] <= 1.0
+        assert measured(instance, history, source, **{"crank.smoothing": smoothing})["position"] <= 1.01  # a chord
 
     try_one()
 
