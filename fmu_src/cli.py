@@ -1,4 +1,4 @@
-"""The console command `linkage-fmu`: build | generate | info | mend | validate."""
+"""The console command `linkage-fmu`: build | explore | generate | info | mend | validate."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import contextlib
 import os
 import signal
 import sys
+import tempfile
 import textwrap
 import threading
+import webbrowser
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -18,12 +20,14 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from . import fmu as built_fmu
 from .exporter import compiler
-from .exporter.build import TwinError, build_fmu, build_twin, write_example_input
+from .exporter.build import TwinError, build_fmu, build_twin, write_example_input, write_page
 from .exporter.compiler import PLATFORMS, WEB_ASSEMBLY, CompileError, host_platform
 from .exporter.documentation import DocumentationError
 from .exporter.generate import generate
 from .exporter.model_description import ModelDescriptionError
+from .exporter.page import PAGE, PageError, page_of, with_design
 from .exporter.python_fmu import PythonFmuError, mend_fmu
 from .exporter.version import missing_packages
 from .interface import InterfaceError, load_interface
@@ -48,6 +52,16 @@ def main(arguments: list[str] | None = None) -> int:
         help=f"repeatable; default: this machine's; {WEB_ASSEMBLY.name} is experimental, and in FMI 3.0 alone",
     )
     build.set_defaults(run=run_build)
+
+    explore = commands.add_parser(
+        "explore",
+        help="open the linkage in a browser, to change and compare it",
+        description="Open the explorer in a browser: the page that each FMU carries as documentation/explorer.html.",
+    )
+    explore.add_argument(
+        "file", type=Path, nargs="?", help="an FMU, or a parameter set (SSV) or another file that the page wrote"
+    )
+    explore.set_defaults(run=run_explore)
 
     generated = commands.add_parser("generate", help="write the tracked files that are made from others")
     generated.add_argument("--check", action="store_true", help="write nothing; fail where a file is stale")
@@ -116,7 +130,7 @@ class MissingPackages(RuntimeError):
 
 
 REFUSALS = (
-    InterfaceError, ModelDescriptionError, DocumentationError, CompileError, TwinError, PythonFmuError,
+    InterfaceError, ModelDescriptionError, DocumentationError, CompileError, PageError, TwinError, PythonFmuError,
     UnreadableFmu, MissingPackages, OSError,
 )  # fmt: skip
 
@@ -135,6 +149,21 @@ def run_build(chosen: argparse.Namespace) -> int:
             say(f"no FMU of FMI {version}.0: it has no {WEB_ASSEMBLY.name}")
     say(str(write_example_input(chosen.output)))
     say(f"{build_twin(chosen.output)}  (Python)")
+    say(str(write_page(chosen.output)))
+    return 0
+
+
+def run_explore(chosen: argparse.Namespace) -> int:
+    is_fmu = chosen.file is not None and chosen.file.suffix.lower() == ".fmu"
+    page = page_of(chosen.file if is_fmu else built_fmu("3.0"))
+    if chosen.file is not None and not is_fmu:
+        page = with_design(page, chosen.file)
+    # the browser reads it when this command has ended: it stays, where the system clears up
+    place = Path(tempfile.mkdtemp(prefix="linkage-")) / PAGE
+    place.write_bytes(page)
+    if not webbrowser.open(place.as_uri()):
+        complain("no browser was found: open the page yourself")
+    say(place.as_uri())
     return 0
 
 

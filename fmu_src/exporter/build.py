@@ -20,6 +20,7 @@ from .documentation import documentation_content
 from .fmi_ls_wasm import web_assembly_content
 from .mach_o import universal
 from .model_description import FMI3, NATIVE, TWIN, Edition, model_description_xml
+from .page import PAGE, page
 from .python_fmu import mended
 from .reference import reference_content
 from .sources import source_content
@@ -55,6 +56,7 @@ def carried(interface: Interface, edition: Edition) -> dict[str, bytes]:
     content = {"modelDescription.xml": model_description_xml(interface, edition)}
     content |= documentation_content(interface, edition) | terminal_content(interface, edition.fmi)
     content |= reference_content(interface)
+    content[f"documentation/{PAGE}"] = page(interface)
     content["documentation/licenses/license.txt"] = license_text(DISTRIBUTION)
     return content
 
@@ -117,6 +119,14 @@ def build_twin(output: Path) -> Path:
 def license_text(distribution: str) -> bytes:
     """The license file that an installed distribution brings along."""
     return next(file for file in metadata.files(distribution) or [] if file.name == "LICENSE").read_binary()
+
+
+def write_page(output: Path) -> Path:
+    """Write `output`/explorer.html, the page that is in each FMU; returns its path."""
+    path = output / PAGE
+    with put_in_place(path) as unfinished:
+        unfinished.write_bytes(page(load_interface()))
+    return path
 
 
 def write_example_input(output: Path) -> Path:

@@ -19,6 +19,7 @@ from markdown_it.token import Token
 from ..interface import Interface
 from .compiler import SOURCE_ROOT
 from .model_description import Edition
+from .page import PAGE
 from .version import project_version
 
 FOLDER = SOURCE_ROOT / "documentation"
@@ -170,9 +171,11 @@ def _target(target: str, carried: set[str]) -> str | None:
 
 
 def _lead(interface: Interface, edition: Edition) -> str:
-    """What this file is: the one thing that differs between the FMUs."""
+    """The way to the explorer, and what this file is: the one thing that differs between the FMUs."""
     types = " and ".join(TYPES[name] for name in sorted(edition.capabilities))
     return (
+        f'<p><a href="{PAGE}"><b>Open the explorer</b></a>: change any parameter and see the motion change; it '
+        "computes with this FMU, in the browser, and asks nothing of any server.</p>\n"
         f'<p class="lead">This file is {escape(interface.model.name + edition.suffix)}, version '
         f"{escape(project_version())}, for FMI {edition.fmi}.0, {types}{escape(edition.remark)}.</p>"
     )

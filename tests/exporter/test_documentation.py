@@ -13,6 +13,7 @@ from PIL import Image
 
 from fmu_src.exporter import icons
 from fmu_src.exporter.documentation import carried_pages, html_name
+from fmu_src.exporter.page import PAGE
 from fmu_src.exporter.icons import same_picture
 from fmu_src.exporter.reference import definitions
 from fmu_src.exporter.terminals import SCHEMA
@@ -31,7 +32,7 @@ def pages(content) -> dict[str, etree._Element]:
     return {
         name.removeprefix("documentation/"): html.document_fromstring(data.decode())
         for name, data in content.items()
-        if name.startswith("documentation/") and name.endswith(".html")
+        if name.startswith("documentation/") and name.endswith(".html") and name != f"documentation/{PAGE}"
     }
 
 

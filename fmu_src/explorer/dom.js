@@ -1,0 +1,69 @@
+// @ts-check
+// Elements of the page and of its drawings.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** @typedef {Record<string, string | number | boolean | undefined>} Attributes */
+
+/** @param {Element} element @param {Attributes} attributes */
+export function put(element, attributes) {
+  for (const [name, value] of Object.entries(attributes))
+    if (value === undefined || value === false) element.removeAttribute(name);
+    else element.setAttribute(name, value === true ? "" : String(value));
+  return element;
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag @param {Attributes} attributes @param {...(Node | string)} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export function html(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  put(element, attributes);
+  element.append(...children);
+  return element;
+}
+
+/**
+ * @template {keyof SVGElementTagNameMap} T
+ * @param {T} tag @param {Attributes} attributes @param {...(Node | string)} children
+ * @returns {SVGElementTagNameMap[T]}
+ */
+export function svg(tag, attributes = {}, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  put(element, attributes);
+  element.append(...children);
+  return element;
+}
+
+/** The element with this id, which the page has. @template {Element} [T=HTMLElement] @param {string} id @returns {T} */
+export function byId(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no element ${id}`);
+  return /** @type {T} */ (/** @type {unknown} */ (found));
+}
+
+/** A text that changes, only written when it does. @param {Element} element @param {string} text */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Path data through points, x right and y down. @param {ArrayLike<number>} x @param {ArrayLike<number>} y */
+export function line(x, y) {
+  let data = "";
+  for (let k = 0; k < x.length; k += 1)
+    data +=
+      Number.isFinite(x[k]) && Number.isFinite(y[k]) ? `${data ? "L" : "M"}${x[k].toFixed(2)} ${y[k].toFixed(2)}` : "";
+  return data;
+}
+
+/** Round steps: about so many between two values. @param {number} low @param {number} high @param {number} count */
+export function ticks(low, high, count) {
+  const rough = (high - low) / count || 1;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * ([1, 2, 5].find((m) => m * power >= rough) ?? 10);
+  const found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) found.push(k * step);
+  return found;
+}
