@@ -31,10 +31,16 @@ test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all pr
 check: lint $(VENV)/ready-test build   ## lint, and the tests of the rooms that differ from main: before a commit
 	$(BIN)/python -m tests.check
 
-lint: $(VENV)/ready-lint $(VENV)/tidy   ## rules, format and types of Python; rules and format of C
+# The compiler that checks the types in the explorer's JavaScript is on no package index but npm's.
+TSC = npm exec --yes --package=typescript@5.9.3 -- tsc
+
+lint: $(VENV)/ready-lint $(VENV)/tidy   ## rules, format and types of Python and of the explorer; rules and format of C
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/biome check --error-on-warnings fmu_src/explorer
+	@if command -v npm >/dev/null; then echo '$(TSC)'; $(TSC) --project fmu_src/explorer; \
+	    else echo "npm is not here: the types of the explorer's JavaScript are not checked"; fi
 	$(BIN)/clang-format --dry-run --Werror $(C_FILES)
 
 # The slowest of them, so only where C, its rules or the program has changed since it was content.
@@ -42,9 +48,10 @@ $(VENV)/tidy: $(C_FILES) .clang-tidy $(VENV)/ready-lint | compile-commands
 	printf '%s\n' $(TIDY_FILES) | xargs -P 4 -n 3 $(BIN)/clang-tidy --quiet -p .
 	@touch $@
 
-format: $(VENV)/ready-lint   ## format Python and C, and mend what ruff can mend
+format: $(VENV)/ready-lint   ## format Python, the explorer and C, and mend what ruff and biome can mend
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	$(BIN)/biome check --write fmu_src/explorer
 	$(BIN)/clang-format -i $(C_FILES)
 
 compile-commands: $(VENV)/ready   ## write compile_commands.json, by which an editor follows the C

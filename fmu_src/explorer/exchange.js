@@ -128,16 +128,26 @@ export function fromSsv(catalogue, text) {
 
 // ---- CSV -------------------------------------------------------------------------------------
 
-/** The turn with all digits, a row an angle, and the design in a comment at the end. @param {Design} design @param {Turn} turn */
+/** The turn with all digits, a row an angle; behind the outputs the design, the same in each row. @param {Design} design @param {Turn} turn */
 export function toCsv(design, turn) {
   const names = Object.keys(turn.outputs);
   const rate = design[RATE];
-  const rows = [["time", "crank.phi", RATE, "machine.v", ...names].join(",")];
+  const constant = Object.keys(design).filter((name) => name !== RATE);
+  const rows = [["time", "crank.phi", RATE, "machine.v", ...names, ...constant].join(",")];
+  const given = [rate, machineSpeed(design)];
+  const same = constant.map((name) => design[name]);
   for (let k = 0; k < turn.phi.length; k += 1)
-    rows.push(
-      [turn.phi[k] / rate, turn.phi[k], rate, machineSpeed(design), ...names.map((n) => turn.outputs[n][k])].join(","),
-    );
-  return `${rows.join("\n")}\n# ${JSON.stringify({ format: FORMAT, values: design })}\n`;
+    rows.push([turn.phi[k] / rate, turn.phi[k], ...given, ...names.map((n) => turn.outputs[n][k]), ...same].join(","));
+  return `${rows.join("\n")}\n`;
+}
+
+/** The design of a table that the page wrote; undefined where it has none. @param {Catalogue} catalogue @param {string} text */
+function fromCsv(catalogue, text) {
+  const [names, values] = text.split(/\r?\n/, 2).map((row) => row.split(","));
+  const known = names.map((name, k) => /** @type {const} */ ([name, Number(values?.[k])]));
+  const design = Object.fromEntries(known.filter(([name]) => catalogue.quantities.has(name)));
+  const has = catalogue.parameters.every((q) => q.name in design);
+  return has ? { design: changed(catalogue, publishedDesign(catalogue), design), variants: [] } : undefined;
 }
 
 // ---- SVG -------------------------------------------------------------------------------------
@@ -172,7 +182,7 @@ export function toSvg(drawing, design, title) {
   else root.dataset.theme = theme;
   for (const hidden of copy.querySelectorAll(".screen-only, [data-screen-only]")) hidden.remove();
   const { width, height } = drawing.viewBox.baseVal;
-  for (const name of ["class", "id", "role", "aria-labelledby", "aria-label"]) copy.removeAttribute(name);
+  for (const name of ["class", "id", "role", "style", "aria-labelledby", "aria-label"]) copy.removeAttribute(name);
   copy.setAttribute("width", `${width}mm`);
   copy.setAttribute("height", `${height}mm`);
   const metadata = document.createElementNS(copy.namespaceURI, "metadata");
@@ -250,8 +260,8 @@ export function open(catalogue, text) {
   const start = text.trimStart();
   if (start.startsWith("{")) return fromJson(catalogue, text);
   if (start.startsWith("<") && /<svg[\s>]/.test(start)) {
-    const read = new DOMParser().parseFromString(text, "image/svg+xml");
-    const json = read.querySelector("metadata")?.textContent;
+    const metadata = /<metadata[^>]*>[^<]*<\/metadata>/.exec(text)?.[0] ?? "<none/>";
+    const json = new DOMParser().parseFromString(metadata, "application/xml").documentElement.textContent;
     if (!json) throw new Unacceptable("this SVG carries no design: it is not from this page");
     return fromJson(catalogue, json);
   }
@@ -262,7 +272,7 @@ export function open(catalogue, text) {
     for (let k = 0; lines[k]?.trim() === "999"; k += 2) json += lines[k + 1];
     return fromJson(catalogue, json);
   }
-  const comment = /^# (\{.*\})\s*$/m.exec(text);
-  if (comment) return fromJson(catalogue, comment[1]);
+  const table = fromCsv(catalogue, text);
+  if (table) return table;
   throw new Unacceptable("this file carries no design: SSV, JSON, CSV, SVG and DXF files of this page do");
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -148,7 +147,7 @@ def test_a_slider_by_keys(page):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [("", "no number"), ("five", "no number"), ("1e9", "must be from"), ("-5", "must be from")]
+    ("text", "words"), [("", "no number"), ("five", "no number"), ("1e12", "must be from"), ("-5", "must be from")]
 )
 def test_what_is_no_value(page, text, words):
     type_into(page, "geometry.L2", text)
@@ -407,13 +406,12 @@ def test_the_csv_has_every_digit(page, tmp_path):
     """As fmpy reads tables; the rows are the poses, to the bit."""
     place = saved(page, SELECTORS["csv"], tmp_path)
     table = read_csv(str(place))
-    rows = list(csv.DictReader(io.StringIO(place.read_text().rpartition("#")[0])))
+    rows = list(csv.DictReader(io.StringIO(place.read_text())))
     assert len(table) == len(rows) == 721
     for k in (0, 100, 500):
         pose = page.evaluate("(phi) => window.explorer.pose(phi)", float(rows[k]["crank.phi"]))
         assert all(float(rows[k][name]) == value for name, value in pose.items() if name != "machine.s")
         assert table["tip.x"][k] == pose["tip.x"]
-    json.loads(place.read_text().rpartition("# ")[2])
 
 
 def test_the_dxf_has_lengths_and_pivots(page, tmp_path):
@@ -454,7 +452,9 @@ def test_the_svg_is_a_drawing_by_itself(page, tmp_path):
         ("a.txt", "", "carries no design"),
     ],
 )
-def test_a_file_that_is_none(page, tmp_path, name, text, words):
+def test_a_file_that_is_none(visit, tmp_path, name, text, words):
+    visit.allowed.append("Applying inline style")  # Chromium's own message about broken XML has one
+    page = visit()
     before = page.evaluate("window.explorer.figures()")
     (tmp_path / name).write_text(text)
     page.locator("#open").set_input_files(tmp_path / name)
