@@ -49,7 +49,8 @@ def options_of(target: Platform) -> list[str]:
     """The command line for `target`, without the file."""
     headers = [option for folder in system_headers(target) for option in ("-isystem", folder)]
     triple, _, glibc = target.target.partition("-gnu.2.")
-    options = ["clang", "-target", f"{triple}-gnu" if glibc else triple, "-nostdinc", *WARNINGS, *ARITHMETIC]
+    triple = f"{triple}-gnu" if glibc else triple.replace("wasm32-wasi", "wasm32-wasip1")  # as clang has renamed it
+    options = ["clang", "-target", triple, "-nostdinc", *WARNINGS, *ARITHMETIC]
     return [*options, "-I", str(SOURCE_ROOT), "-isystem", str(FMI_HEADERS), *headers]
 
 

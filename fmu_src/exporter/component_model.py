@@ -85,7 +85,7 @@ TOKEN = re.compile(r"\s*([a-z][a-z0-9-]*|[<>,:])")
 def parse(written: str) -> Type:
     """A type as WIT has it; raises ValueError."""
     tokens = TOKEN.findall(written)
-    if "".join(tokens) != re.sub(r"\s", "", written):
+    if not tokens or "".join(tokens) != re.sub(r"\s", "", written):
         raise ValueError(f"no type: {written}")
     tokens.append("")
 

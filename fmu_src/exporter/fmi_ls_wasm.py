@@ -20,7 +20,7 @@ from .compiler import FMU_SOURCE, WEB_ASSEMBLY, WEB_ASSEMBLY_SOURCE, compile_mod
 VERSION = "0.1.0"  # the draft's own example: it has none yet
 MANIFEST_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 CORE_SOURCES = (FMU_SOURCE[3], WEB_ASSEMBLY_SOURCE)
-PAGES = 32  # of 64 KiB, to begin with: code's data and 1 MiB of stack
+PAGES = 20  # of 64 KiB, to begin with: code's data and 1 MiB of stack
 PACKAGE = "fmi:fmi3/{}@3.0.0"
 
 TYPES = {

@@ -13,9 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Called from outside alone: no header declares them. */
+/* Called from outside alone, and not to be static for that: no header declares them. */
 #pragma clang diagnostic ignored "-Wmissing-prototypes"
 #define EXPORT(name) __attribute__((export_name(name)))
+/* NOLINTBEGIN(misc-use-internal-linkage) */
 
 /* ---- memory -----------------------------------------------------------------------------------
  * What the host passes and what it is answered lives until it has read the answer. */
@@ -535,3 +536,4 @@ StepResult *do_step(const Instance *self, double time, double step, uint32_t no_
         result->is.status = (uint8_t)status;
     return result;
 }
+/* NOLINTEND(misc-use-internal-linkage) */
