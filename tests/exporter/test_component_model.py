@@ -1,4 +1,4 @@
-"""The writer of components: numbers and types as the binary format has them, and what a small component makes of them."""
+"""The writer of components: numbers, types and sections as the binary format has them."""
 
 from __future__ import annotations
 
