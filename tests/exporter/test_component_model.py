@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fmu_src.exporter import component_model as wasm
+from fmu_src.exporter.compiler import SOURCE_ROOT, compile_module
 from fmu_src.exporter.component_model import Type
 
 
@@ -73,3 +74,17 @@ def test_neighbours_share_a_section():
     builder.scope.index(wasm.parse("list<u32>"))
     builder.scope.index(wasm.parse("list<f64>"))
     assert builder.content() == wasm.COMPONENT + b"\x01\x03one\x01\x03two" + b"\x07\x05\x02\x70\x79\x70\x75"
+
+
+def test_the_module_has_the_same_bytes_from_another_folder(project_copy, tmp_path):
+    """And exports what it is told to, for a caller that gives it nothing."""
+    modules = []
+    for number, root in enumerate((SOURCE_ROOT, project_copy / "fmu_src")):
+        modules.append(tmp_path / str(number) / "linkage.wasm")
+        compile_module((root / "fmi" / "fmi3_fmu.c",), modules[-1], ["fmi3DoStep", "malloc"])
+    first, second = (module.read_bytes() for module in modules)
+    assert first == second
+    wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which reads modules, is not installed")
+    module = wasmtime.Module(wasmtime.Engine(), first)
+    assert {e.name for e in module.exports} == {"memory", "_initialize", "fmi3DoStep", "malloc"}
+    assert not module.imports
