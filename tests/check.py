@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ROOMS = {
     "fmu_src/linkage": ["tests/linkage", "tests/fmi/test_directional_derivatives.py"],
     "fmu_src/component": ["tests/component", "tests/fmi/test_bad_input.py"],
+    "fmu_src/fmi/web_assembly": ["tests/fmi/test_web_assembly.py"],
     "fmu_src/fmi": ["tests/fmi/test_state_machine.py", "tests/fmi/test_fmi3_state_machine.py"],
     "fmu_src/exporter": ["tests/exporter/test_generated_files.py", "tests/exporter/test_model_description.py"],
     "fmu_src/formats": ["tests/exporter/test_reference.py", "tests/twin/test_heap_at_exit.py"],
