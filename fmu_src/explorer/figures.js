@@ -185,25 +185,22 @@ class Measurer {
    * @returns {Figure}
    */
   sum(value, parts, others = {}) {
-    const names = this.model.parameterNames;
-    const total = new Float64Array(names.length + 2);
+    const names = this.model.knownNames;
+    const total = new Float64Array(names.length);
     for (const [phi, weights] of parts) {
       const part = this.model.gradient(phi, weights);
       for (let k = 0; k < total.length; k += 1) total[k] += part[k];
     }
     /** @type {Record<string, number>} */
     const by = { [SPACING]: 0, [DEPTH in this.design ? DEPTH : LEVEL]: 0 };
-    names.forEach((name, k) => {
-      by[name] = total[k];
-    });
-    by[RATE] = total[names.length + 1];
+    for (const [k, name] of names.entries()) if (k !== this.model.angle) by[name] = total[k];
     for (const [name, part] of Object.entries(others)) by[name] = (by[name] ?? 0) + part;
     return { value, by };
   }
 
   /** Derivative of weighted outputs by the crank's angle. @param {number} phi @param {Record<string, number>} weights */
   slope(phi, weights) {
-    return this.model.gradient(phi, weights)[this.model.parameterNames.length];
+    return this.model.gradient(phi, weights)[this.model.angle];
   }
 
   /** What is read at the lowest point, which moves. @param {number} phi @param {number} place @param {string} name @param {number} offset */

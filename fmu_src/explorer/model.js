@@ -38,13 +38,27 @@ export class Model {
     this.parameterNames = catalogue.parameters.map((q) => q.name);
     this.parameters = fmu.block(catalogue.parameters.map((q) => catalogue.reference(q.name)));
     this.inputs = fmu.block(["crank.phi", RATE, "machine.v", "machine.s"].map((name) => catalogue.reference(name)));
-    /** What figures depend on, and what they are differentiated by: all parameters, the angle, the rate. */
+    /** What figures depend on, and what they are differentiated by: parameters, the angle, the rate. */
     this.unknownNames = GRADED.filter((name) => catalogue.variables.has(name));
     this.unknowns = fmu.block(this.unknownNames.map((name) => catalogue.reference(name)));
-    this.knowns = fmu.block([...this.parameterNames, "crank.phi", RATE].map((name) => catalogue.reference(name)));
+    const known = [...this.parameterNames, "crank.phi", RATE].filter((name) => this.#differentiates(fmu, name));
+    this.knownNames = known;
+    this.knowns = fmu.block(known.map((name) => catalogue.reference(name)));
+    this.angle = known.indexOf("crank.phi");
     this.rate = 0;
     this.spacing = 0;
     this.speed = 0;
+  }
+
+  /** Whether the FMU has derivatives by a variable. @param {Fmu} fmu @param {string} name */
+  #differentiates(fmu, name) {
+    try {
+      this.instance.adjoint(this.unknowns, fmu.block([this.catalogue.reference(name)]));
+      return true;
+    } catch (problem) {
+      if (problem instanceof Refusal) return false;
+      throw problem;
+    }
   }
 
   /** Take another design. Throws Refusal where a value is out of its range. @param {Design} design */
@@ -102,7 +116,7 @@ export class Model {
   }
 
   /**
-   * The gradient of a weighted sum of outputs at an angle: by each parameter, then the crank's angle, then its rate.
+   * The gradient of a weighted sum of outputs at an angle, by `knownNames`.
    * @param {number} phi rad @param {Record<string, number>} weights by output
    * @returns {Float64Array} valid until the next call
    */

@@ -1,0 +1,1 @@
+"""The explorer: its numbers, what the user does in it, how it looks, its file."""

@@ -79,3 +79,12 @@ def page(visit: Callable[..., Any]) -> Any:
 def settled(page: Any) -> None:
     """Wait until the page has drawn what it was told."""
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def until(page: Any, expression: str, seconds: float = 60.0) -> None:
+    """Wait until an expression of JavaScript is true. Not by playwright's own way, which the page's policy forbids."""
+    for _ in range(round(seconds / 0.05)):
+        if page.evaluate(expression):
+            return
+        page.wait_for_timeout(50)
+    pytest.fail(f"not within {seconds:g} s: {expression}")

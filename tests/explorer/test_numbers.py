@@ -15,7 +15,7 @@ from fmu_src.interface import Interface
 from scenarios.common import measures
 from scenarios.common.instance import Refused
 from scenarios.common.linkage import LinkageFmu
-from tests.explorer.conftest import settled
+from tests.explorer.conftest import settled, until
 from tests.harness.host import DISCARD, OK, Instance
 
 DESIGNS, ANGLES = 1000, 10
@@ -141,7 +141,7 @@ def test_figures_are_those_of_the_scenarios(page, linkage, values):
 
 
 def test_published_figures(page):
-    """The paper's 334.9 mm within what rounding one printed length does to it, its hole at the surface that gives it."""
+    """The 334.9 mm of the paper, within what rounded lengths do to it; its hole at the surface that gives it."""
     found = page.evaluate("window.explorer.figures()")
     assert found["height"] * 1e3 == pytest.approx(334.9, abs=1.5)
     assert found["hole"] * 1e3 == pytest.approx(46.7, abs=0.05)
@@ -185,7 +185,7 @@ def test_stepped_as_a_master_steps_it(page, interface: Interface):
     with UnpackedFmu(FMU_FILES[2]) as fmu:
         measured = measure(fmu, [ripple], [rung for rung in RUNGS if rung.key in keys], [10.0], lambda steps: None)
     page.locator("#tab-coupling").click()
-    page.wait_for_function("document.querySelector('[data-rung=at_step_end]').dataset.value !== undefined")
+    until(page, "document.querySelector('[data-rung=at_step_end]').dataset.value !== undefined")
     for rung, key in keys.items():
         shown = float(page.locator(f"[data-rung={rung}]").get_attribute("data-value")) / 1e3
         assert shown == pytest.approx(measured.at("ripple", key, 10.0).worst[0], rel=1e-6), rung

@@ -17,7 +17,7 @@ from fmpy.util import read_csv
 from lxml import etree
 
 from fmu_src.interface import Interface
-from tests.explorer.conftest import settled
+from tests.explorer.conftest import settled, until
 
 SSV_SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureParameterValues.xsd"
 
@@ -211,7 +211,7 @@ def test_the_crank_by_keys(page):
 def test_it_plays_and_pauses(page):
     assert page.locator("#play").get_attribute("aria-pressed") == "false"  # the user wants no motion
     page.locator("#play").click()
-    page.wait_for_function("Number(document.getElementById('phi').value) > 3")
+    until(page, "Number(document.getElementById('phi').value) > 3")
     page.locator("#play").click()
     settled(page)
     here = crank_degrees(page)
@@ -221,7 +221,7 @@ def test_it_plays_and_pauses(page):
 
 def test_it_turns_from_the_start_where_motion_is_welcome(visit):
     page = visit(reduced_motion="no-preference")
-    page.wait_for_function("Number(document.getElementById('phi').value) > 3")
+    until(page, "Number(document.getElementById('phi').value) > 3")
 
 
 def test_the_joints_drawn_are_where_the_links_put_them(page, interface):
@@ -363,7 +363,7 @@ def test_every_download_opens_again(visit: Callable[..., Any], interface, tmp_pa
     place = saved(first, SELECTORS[kind], tmp_path)
     second = visit()
     second.locator("#open").set_input_files(place)
-    second.wait_for_function("document.getElementById('message').textContent.includes('is open')")
+    until(second, "document.getElementById('message').textContent.includes('is open')")
     assert design(second, interface) == design(first, interface) | CHANGES
     assert second.evaluate("window.explorer.figures()") == first.evaluate("window.explorer.figures()")
 
@@ -372,7 +372,7 @@ def test_a_link_carries_the_design(visit, interface):
     first = visit()
     first.evaluate("(values) => window.explorer.set(values)", CHANGES)
     first.locator("#link").click()
-    first.wait_for_function("location.hash.length > 1")
+    until(first, "location.hash.length > 1")
     second = visit(first.evaluate("location.hash"))
     assert design(second, interface) == design(first, interface)
 
@@ -384,7 +384,7 @@ def test_variants_travel_with_the_json(visit, tmp_path):
     place = saved(first, "[data-save=json]", tmp_path)
     second = visit()
     second.locator("#open").set_input_files(place)
-    second.wait_for_function("document.querySelectorAll('#variants tbody tr').length > 4")
+    until(second, "document.querySelectorAll('#variants tbody tr').length > 4")
     assert figures_of_variants(second, "height") == figures_of_variants(first, "height")
 
 
@@ -458,7 +458,7 @@ def test_a_file_that_is_none(visit, tmp_path, name, text, words):
     before = page.evaluate("window.explorer.figures()")
     (tmp_path / name).write_text(text)
     page.locator("#open").set_input_files(tmp_path / name)
-    page.wait_for_function("document.getElementById('message').textContent !== ''")
+    until(page, "document.getElementById('message').textContent !== ''")
     assert words in page.locator("#message").inner_text()
     assert page.evaluate("window.explorer.figures()") == before
 
@@ -471,19 +471,21 @@ def test_a_link_that_is_none(visit):
 def test_an_ssv_of_a_system_opens(page, tmp_path):
     """Names with the component before them, parameters that the page has no control for."""
     (tmp_path / "row.ssv").write_text(
-        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="r"><ssv:Parameters>'
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '
+        'name="r"><ssv:Parameters>'
         '<ssv:Parameter name="linkage.geometry.L1"><ssv:Real value="0.053" unit="m"/></ssv:Parameter>'
         '<ssv:Parameter name="soil.k"><ssv:Real value="7"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
     )
     page.locator("#open").set_input_files(tmp_path / "row.ssv")
-    page.wait_for_function("window.explorer.get('geometry.L1') === 0.053")
+    until(page, "window.explorer.get('geometry.L1') === 0.053")
 
 
 # ---- for all people --------------------------------------------------------------------------
 
 
 def test_every_control_has_a_name(page):
-    nameless = page.evaluate("""() => [...document.querySelectorAll('button, input, select, [role=slider], [role=img], table')]
+    nameless = page.evaluate("""() => [...document.querySelectorAll(
+            'button, input, select, [role=slider], [role=img], table')]
         .filter((element) => element.checkVisibility() && !(element.getAttribute('aria-label') || element.labels?.length
             || element.textContent.trim() || element.getAttribute('aria-labelledby')))
         .map((element) => element.outerHTML.slice(0, 90))""")
@@ -498,7 +500,8 @@ def test_all_is_reached_by_keyboard(page):
         found = page.evaluate("""() => {
             const element = document.activeElement;
             const style = getComputedStyle(element.id === 'crank-handle' ? element.firstElementChild : element);
-            return [element.id || element.dataset.field || element.dataset.slider || element.dataset.save || element.dataset.svg || element.tagName,
+            const {field, slider, save, svg} = element.dataset;
+            return [element.id || field || slider || save || svg || element.tagName,
                     style.outlineStyle !== 'none' || style.strokeWidth === '5px'];
         }""")
         assert found[1] or found[0] == "BODY", found
