@@ -218,7 +218,7 @@ def worst_times_holding(instance, rows: list[tuple[float, float, float]]) -> flo
     """rad, of steps of (length, angle at its begin, speed given); the angle goes on straight to the next one's."""
     t, off, held = 0.0, 0.0, 0.0
     ends = [phi for _, phi, _ in rows[1:]] + [rows[-1][1]]
-    for (h, phi, w), end in zip(rows, ends):
+    for (h, phi, w), end in zip(rows, ends, strict=True):
         instance.step(t, h, {"crank.phi": phi, "crank.w": w})
         (found,) = angles_of(np.array([instance.get(*NOZZLE)]))
         off, held, t = max(off, abs(math.remainder(found - end, TURN))), max(held, abs(end - phi)), t + h
@@ -230,7 +230,7 @@ V, MS = PLANTING_SPEED, 1e-3
 
 def running(lengths: list[float], w: float = 0.0) -> list[tuple[float, float, float]]:
     """Steps at the planting speed, from the angle 0."""
-    return [(h, V * t, w) for h, t in zip(lengths, np.cumsum([0.0, *lengths]))]
+    return [(h, V * t, w) for h, t in zip(lengths, np.cumsum([0.0, *lengths[:-1]]), strict=True)]
 
 
 def standing(lengths: list[float], before: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
@@ -241,7 +241,10 @@ def standing(lengths: list[float], before: list[tuple[float, float, float]]) -> 
 
 def told(speeds: list[float], before: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
     """The same, but that the last steps are given these speeds."""
-    return [*before[: -len(speeds)], *((h, phi, w) for (h, phi, _), w in zip(before[-len(speeds) :], speeds))]
+    return [
+        *before[: -len(speeds)],
+        *((h, phi, w) for (h, phi, _), w in zip(before[-len(speeds) :], speeds, strict=True)),
+    ]
 
 
 EVEN = [MS] * 20

@@ -13,8 +13,8 @@ from PIL import Image
 
 from fmu_src.exporter import icons
 from fmu_src.exporter.documentation import carried_pages, html_name
-from fmu_src.exporter.page import PAGE
 from fmu_src.exporter.icons import same_picture
+from fmu_src.exporter.page import PAGE
 from fmu_src.exporter.reference import definitions
 from fmu_src.exporter.terminals import SCHEMA
 from tests.conftest import PROJECT_ROOT
