@@ -8,6 +8,8 @@ import { number, TURN } from "./interface.js";
 
 const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [640, 176, 46, 12, 22, 26];
 
+const APART = 3; // samples between the points that are drawn: a degree and a half
+
 /** One diagram over 0 to 360 degrees. */
 export class Diagram {
   /** @param {SVGSVGElement} root @param {string} title with its unit */
@@ -28,8 +30,8 @@ export class Diagram {
     );
     /** @type {Curve[]} */
     this.shown = [];
-    this.low = 0;
-    this.high = 1;
+    this.low = Number.NaN;
+    this.high = Number.NaN;
   }
 
   /** @param {number} degrees */
@@ -51,8 +53,24 @@ export class Diagram {
     if (low === high) high = low + 1;
     const marks = ticks(low, high, 4);
     const step = marks[1] - marks[0] || 1;
-    this.low = Math.floor(low / step - 1e-9) * step;
-    this.high = Math.ceil(high / step - 1e-9) * step;
+    const [bottom, top] = [Math.floor(low / step - 1e-9) * step, Math.ceil(high / step - 1e-9) * step];
+    if (bottom !== this.low || top !== this.high) this.#scale(bottom, top, step);
+    this.curves.replaceChildren(...[...variants, ...curves].map((curve) => this.curve(curve)));
+    let x = WIDTH - RIGHT;
+    this.legend.replaceChildren();
+    for (const { name, style } of [...curves].reverse()) {
+      x -= 12 + 7 * name.length + 18;
+      this.legend.append(
+        svg("path", { class: `curve ${style}`, d: `M${x} 8H${x + 16}` }),
+        svg("text", { x: x + 20, y: 12 }, name),
+      );
+    }
+  }
+
+  /** @param {number} low @param {number} high @param {number} step */
+  #scale(low, high, step) {
+    this.low = low;
+    this.high = high;
     this.frame.replaceChildren();
     for (const value of ticks(this.low, this.high, 4)) {
       const y = this.y(value).toFixed(1);
@@ -72,24 +90,15 @@ export class Diagram {
         svg("text", { x, y: HEIGHT - BOTTOM + 14, "text-anchor": degrees === 360 ? "end" : "middle" }, `${degrees}°`),
       );
     }
-    this.curves.replaceChildren(...[...variants, ...curves].map((curve) => this.curve(curve)));
-    let x = WIDTH - RIGHT;
-    this.legend.replaceChildren();
-    for (const { name, style } of [...curves].reverse()) {
-      x -= 12 + 7 * name.length + 18;
-      this.legend.append(
-        svg("path", { class: `curve ${style}`, d: `M${x} 8H${x + 16}` }),
-        svg("text", { x: x + 20, y: 12 }, name),
-      );
-    }
   }
 
   /** @param {Curve} curve */
   curve({ name, style, values }) {
-    const count = values.length;
+    const last = values.length - 1;
+    const count = Math.floor(last / APART) + 1;
     const xs = new Float64Array(count);
     const ys = new Float64Array(count);
-    for (let k = 0; k < count; k += 1) [xs[k], ys[k]] = [this.x((360 * k) / (count - 1)), this.y(values[k])];
+    for (let k = 0; k < count; k += 1) [xs[k], ys[k]] = [this.x((360 * k * APART) / last), this.y(values[k * APART])];
     return svg("path", { class: `curve ${style}`, d: line(xs, ys) }, svg("title", {}, name));
   }
 

@@ -5,11 +5,14 @@ const SVG = "http://www.w3.org/2000/svg";
 
 /** @typedef {Record<string, string | number | boolean | undefined>} Attributes */
 
-/** @param {Element} element @param {Attributes} attributes */
+/** Attributes that are others than they were: the browser draws anew what is written. @param {Element} element @param {Attributes} attributes */
 export function put(element, attributes) {
-  for (const [name, value] of Object.entries(attributes))
-    if (value === undefined || value === false) element.removeAttribute(name);
-    else element.setAttribute(name, value === true ? "" : String(value));
+  for (const [name, value] of Object.entries(attributes)) {
+    const text = value === undefined || value === false ? null : value === true ? "" : String(value);
+    if (element.getAttribute(name) === text) continue;
+    if (text === null) element.removeAttribute(name);
+    else element.setAttribute(name, text);
+  }
   return element;
 }
 
@@ -49,12 +52,12 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Path data through points, x right and y down. @param {ArrayLike<number>} x @param {ArrayLike<number>} y */
+/** Path data through points, x right and y down, to a hundredth; those that are no numbers are left out. @param {ArrayLike<number>} x @param {ArrayLike<number>} y */
 export function line(x, y) {
   let data = "";
   for (let k = 0; k < x.length; k += 1)
-    data +=
-      Number.isFinite(x[k]) && Number.isFinite(y[k]) ? `${data ? "L" : "M"}${x[k].toFixed(2)} ${y[k].toFixed(2)}` : "";
+    if (Number.isFinite(x[k]) && Number.isFinite(y[k]))
+      data += `${data ? "L" : "M"}${Math.round(x[k] * 100) / 100} ${Math.round(y[k] * 100) / 100}`;
   return data;
 }
 

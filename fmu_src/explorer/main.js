@@ -47,6 +47,8 @@ class Explorer {
     this.goal = KINDS[0];
     /** What the drawings show; they are drawn anew where any of it is another. @type {unknown[]} */
     this.drawn = [];
+    /** What the table of variants shows. @type {unknown[]} */
+    this.listed = [];
     this.controls = new Controls(
       byId("controls"),
       this.catalogue,
@@ -303,25 +305,29 @@ class Explorer {
     this.controls.slopes(this.goal, this.problem ? undefined : this.shown.figures[this.goal.key], aim);
   }
 
+  /** The figures beside the published ones; rows are made anew only where there are others. */
   #drawFigures() {
-    const table = /** @type {HTMLTableElement} */ (byId("figures"));
-    const columns = [
-      { name: "present", solved: this.shown, style: this.problem ? "stale" : undefined },
-      { name: "published", solved: this.published, style: undefined },
-    ];
-    table.tHead?.replaceChildren(
-      html("tr", {}, html("th", {}, ""), ...columns.map(({ name }) => html("th", { scope: "col" }, name))),
-    );
-    table.tBodies[0].replaceChildren(
-      ...KINDS.filter((kind) => columns.some(({ solved }) => solved.figures[kind.key])).map((kind) =>
-        html(
-          "tr",
-          { "data-figure": kind.key },
-          html("th", { scope: "row", title: kind.text }, headed(kind)),
-          ...columns.map(({ solved, style }) => figureCell(kind, solved.figures[kind.key], style)),
+    const body = /** @type {HTMLTableElement} */ (byId("figures")).tBodies[0];
+    const columns = [this.shown, this.published];
+    const kinds = KINDS.filter((kind) => columns.some(({ figures: found }) => found[kind.key]));
+    if (body.rows.length !== kinds.length)
+      body.replaceChildren(
+        ...kinds.map((kind) =>
+          html(
+            "tr",
+            { "data-figure": kind.key },
+            html("th", { scope: "row", title: kind.text }, headed(kind)),
+            ...columns.map(() => html("td")),
+          ),
         ),
-      ),
-    );
+      );
+    for (const [k, kind] of kinds.entries())
+      for (const [c, { figures: found }] of columns.entries()) {
+        const cell = body.rows[k].cells[c + 1];
+        const figure = found[kind.key];
+        say(cell, figure ? figureNumber(kind, figure) : "–");
+        put(cell, { "data-value": figure?.value, class: c === 0 && this.problem ? "stale" : undefined });
+      }
   }
 
   /** A row for each variant: shown or not, its line, its name, its figures. */
@@ -329,12 +335,15 @@ class Explorer {
     const table = /** @type {HTMLTableElement} */ (byId("variants"));
     byId("variants-hint").hidden = this.variants.length > 0;
     table.hidden = this.variants.length === 0;
+    const key = this.variants.flatMap((one) => [one, one.visible, one.name]);
+    if (key.length === this.listed.length && key.every((part, k) => part === this.listed[k])) return;
     if (
       table.contains(document.activeElement) &&
       document.activeElement instanceof HTMLInputElement &&
       document.activeElement.type === "text"
     )
       return;
+    this.listed = key;
     const kinds = KINDS.filter((kind) => this.variants.some((one) => one.figures[kind.key]));
     table.tHead?.replaceChildren(
       html(

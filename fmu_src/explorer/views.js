@@ -52,14 +52,10 @@ class View {
     this.path = svg("path", { class: "tip-path" });
     this.postures = svg("g", { class: "postures" });
     this.root.append(this.grid, this.soil, this.variants, this.path, this.postures);
+    /** Height of letters in mm, so that they are read at any size. */
+    this.letter = 10;
     /** @type {Box} */
     this.box = { left: 0, right: 0, top: 0, bottom: 0 };
-  }
-
-  /** Height of letters in mm, so that they are read at any size. */
-  letter() {
-    const width = this.box.right - this.box.left;
-    return (12.5 * width) / Math.max(this.root.clientWidth, 240);
   }
 
   /** Take a frame, widened to 50 mm, unless the present one still fits well. @param {Box} need */
@@ -78,7 +74,8 @@ class View {
     };
     const { left, right, top, bottom } = this.box;
     put(this.root, { viewBox: `${left} ${-top} ${right - left} ${top - bottom}` });
-    this.root.style.fontSize = `${this.letter()}px`;
+    this.letter = (12.5 * (right - left)) / Math.max(this.root.clientWidth, 240);
+    this.root.style.fontSize = `${this.letter}px`;
     this.grid.replaceChildren();
     for (let x = Math.ceil(left / 100) * 100; x <= right; x += 100) {
       this.grid.append(svg("path", { d: `M${x} ${-top}V${-bottom}`, class: x === 0 ? "axis" : undefined }));
@@ -98,7 +95,7 @@ class View {
     this.soil.replaceChildren(
       svg("rect", { x: left, y: -surface, width: right - left, height: depth }),
       svg("path", { d: `M${left} ${-surface}H${right}` }),
-      svg("text", { x: right - 6, y: -surface + 1.3 * this.letter(), "text-anchor": "end" }, "ridge"),
+      svg("text", { x: right - 6, y: -surface + 1.3 * this.letter, "text-anchor": "end" }, "ridge"),
     );
   }
 
@@ -121,12 +118,15 @@ function nozzleShape(I, J, width) {
   return `M${at(0, 1)}L${at(0.6, 1)}L${at(1, 0)}L${at(0.6, -1)}L${at(0, -1)}Z`;
 }
 
-/** Path data of the tip. @param {Turn} turn @param {(k: number) => number} shift mm along x */
-function tipPath(turn, shift = () => 0) {
+const EVERY = 2; // samples between the points that are drawn: a degree
+
+/** Path data of the tip. @param {Turn} turn */
+function tipPath(turn) {
   const { "tip.x": x, "tip.y": y } = turn.outputs;
-  const xs = new Float64Array(x.length);
-  const ys = new Float64Array(x.length);
-  for (let k = 0; k < x.length; k += 1) [xs[k], ys[k]] = [x[k] * MM + shift(k), -y[k] * MM];
+  const count = Math.floor((x.length - 1) / EVERY) + 1;
+  const xs = new Float64Array(count);
+  const ys = new Float64Array(count);
+  for (let k = 0; k < count; k += 1) [xs[k], ys[k]] = [x[k * EVERY] * MM, -y[k * EVERY] * MM];
   return line(xs, ys);
 }
 
@@ -259,7 +259,7 @@ export class GroundView extends View {
   /** @param {SVGSVGElement} root */
   constructor(root) {
     super(root);
-    this.fan = svg("g", { class: "fan" });
+    this.fan = svg("path", { class: "fan" });
     this.marks = svg("g", { class: "marks" });
     this.nozzle = svg("path", { class: "nozzle" });
     this.tip = svg("circle", { class: "tip", r: 5 });
@@ -272,12 +272,14 @@ export class GroundView extends View {
     const samples = turn.phi.length - 1;
     const { "tip.x": x, "tip.y": y } = turn.outputs;
     const [from, to] = [Math.round(BEFORE * samples), Math.round(AFTER * samples)];
-    const xs = new Float64Array(to - from + 1);
-    const ys = new Float64Array(to - from + 1);
-    for (let k = from; k <= to; k += 1) {
+    const count = Math.floor((to - from) / EVERY) + 1;
+    const xs = new Float64Array(count);
+    const ys = new Float64Array(count);
+    for (let n = 0; n < count; n += 1) {
+      const k = from + n * EVERY;
       const s = ((k % samples) + samples) % samples;
-      xs[k - from] = (x[s] + (design[SPACING] * k) / samples) * MM;
-      ys[k - from] = -y[s] * MM;
+      xs[n] = (x[s] + (design[SPACING] * k) / samples) * MM;
+      ys[n] = -y[s] * MM;
     }
     return { xs, ys };
   }
@@ -335,7 +337,7 @@ export class GroundView extends View {
     let [first, last] = [bottom, bottom];
     while (below(first - 1) && bottom - first < samples) first -= 1;
     while (below(last + 1) && last - bottom < samples) last += 1;
-    this.fan.replaceChildren();
+    let fan = "";
     /** @type {number[]} */
     const swept = [];
     /** @type {number[]} */
@@ -347,8 +349,9 @@ export class GroundView extends View {
       const x = (J.x + share * (I.x - J.x)) * MM;
       swept.push(x);
       if (k === first || k === last) ends.push(J.x * MM);
-      if ((k - first) % every === 0) this.fan.append(svg("path", { d: line([J.x * MM, x], [-J.y * MM, -surface]) }));
+      if ((k - first) % every === 0) fan += line([J.x * MM, x], [-J.y * MM, -surface]);
     }
+    put(this.fan, { d: fan });
     this.marks.replaceChildren();
     if (!Number.isFinite(found.hole?.value ?? Number.NaN)) return;
     const floor = Math.min(...y) * MM;
@@ -356,7 +359,7 @@ export class GroundView extends View {
       ends[0],
       ends[1] ?? ends[0],
       surface,
-      surface + 1.5 * this.letter(),
+      surface + 1.5 * this.letter,
       `hole ${number(found.hole.value * MM, 1)}`,
     );
     this.measure(

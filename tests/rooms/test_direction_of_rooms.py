@@ -30,7 +30,7 @@ MAY_KNOW: dict[str, tuple[str, ...]] = {
     "fmu_src/explorer/": (),  # the page: it knows the FMU by the standard's functions alone
     "fmu_src/exporter/": ("fmu_src/interface.py", "fmu_src/formats/", "fmu_src/twin/"),  # which draws the linkage
     "fmu_src/validation/": ("fmu_src/formats/",),  # of FMUs of any origin: see ALLOWED
-    "fmu_src/cli.py": ("fmu_src/interface.py", "fmu_src/exporter/", "fmu_src/validation/"),
+    "fmu_src/cli.py": ("fmu_src/__init__.py", "fmu_src/interface.py", "fmu_src/exporter/", "fmu_src/validation/"),
     "fmu_src/__main__.py": ("fmu_src/cli.py",),
     # what the product is held against; no room of the product knows it
     "fmu_src/oracle/": ("fmu_src/interface.py", "fmu_src/exporter/reference.py"),
