@@ -39,7 +39,7 @@ class Explorer {
     this.variants = [];
     this.phi = 0;
     this.postures = catalogue.published.postures.map((angle) => (angle * TURN) / 360);
-    this.isStale = true;
+    this.isStale = false;
     this.isScheduled = false;
     this.started = 0;
     /** The design before a slider moved. @type {Design | undefined} */
