@@ -4,6 +4,7 @@
 #include "fmi3FunctionTypes.h"
 
 void page_log(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String message);
+/* NOLINTNEXTLINE(misc-use-internal-linkage): the page calls it */
 fmi3LogMessageCallback page_logger(void);
 
 static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
