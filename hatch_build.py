@@ -18,7 +18,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 PACKAGE = "transplanter_linkage"
 DEVELOPMENT_MODULE = f'''"""The folder fmu_src under the name {PACKAGE}: a development install."""
 
-from fmu_src import FILES, __all__, __doc__, __path__, fmu
+from fmu_src import FILES, __all__, __doc__, __getattr__, __path__, fmu
 '''
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import math
 import shutil
-from collections.abc import Iterable, Mapping, MutableSequence
+from collections.abc import Iterable, Mapping, MutableSequence, Sequence
 from ctypes import byref, c_double, c_int32, c_size_t, c_uint32, c_void_p
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -36,15 +36,15 @@ class Refused(Exception):
 class UnpackedFmu:
     """An FMU's files in a folder of their own, deleted at the end; a context manager.
 
-    Raises FmuError where the file is none, or is not for co-simulation by FMI 2.0.
+    Raises FmuError where the file is none, or is not for co-simulation by one of the FMI ``versions``.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, versions: Sequence[str] = ("2.0",)) -> None:
         require_fmu(path)
         self.path = path
         self.description = describe(path)
-        if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
-            raise FmuError(f"{path} is not an FMI 2.0 FMU for co-simulation.")
+        if self.description.fmiVersion not in versions or self.description.coSimulation is None:
+            raise FmuError(f"{path} is not an FMI {' or '.join(versions)} FMU for co-simulation.")
         try:
             self.folder = Path(fmpy.extract(str(path)))
         except Exception as error:  # zip errors have no common base

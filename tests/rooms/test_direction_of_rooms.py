@@ -24,7 +24,8 @@ MAY_KNOW: dict[str, tuple[str, ...]] = {
     "fmu_src/fmi/": ("fmu_src/component/", "fmu_src/linkage/"),
     # Python: the interface below; exporter, validation and twin side by side; the command line above them
     "fmu_src/interface.py": (),
-    "fmu_src/__init__.py": (),
+    "fmu_src/measures.py": (),
+    "fmu_src/__init__.py": ("fmu_src/twin/",),  # whose solver it hands on
     "fmu_src/twin/": ("fmu_src/interface.py",),
     "fmu_src/formats/": (),
     "fmu_src/explorer/": (),  # the page: it knows the FMU by the standard's functions alone
@@ -34,13 +35,14 @@ MAY_KNOW: dict[str, tuple[str, ...]] = {
     "fmu_src/__main__.py": ("fmu_src/cli.py",),
     # what the product is held against; no room of the product knows it
     "fmu_src/oracle/": ("fmu_src/interface.py", "fmu_src/exporter/reference.py"),
-    # scenarios know built FMUs and fmpy: of the sources nothing, of each other nothing but common/
-    "scenarios/common/": (),
-    "scenarios/field_row/": ("scenarios/common/",),
-    "scenarios/paper_cycle/": ("scenarios/common/",),
-    "scenarios/spacing_change/": ("scenarios/common/",),
+    # scenarios know built FMUs, fmpy and the wheel's measures: of the sources nothing, of each other nothing but common/
+    "scenarios/common/": ("fmu_src/measures.py",),
+    "scenarios/design/": ("scenarios/common/", "fmu_src/measures.py"),
+    "scenarios/field_row/": ("scenarios/common/", "fmu_src/measures.py"),
+    "scenarios/paper_cycle/": ("scenarios/common/", "fmu_src/measures.py"),
+    "scenarios/spacing_change/": ("scenarios/common/", "fmu_src/measures.py"),
     "scenarios/speed_vs_error/": ("scenarios/common/",),
-    "scenarios/sweep/": ("scenarios/common/",),
+    "scenarios/sweep/": ("scenarios/common/", "fmu_src/measures.py"),
     "scenarios/twelve_rows/": ("scenarios/common/",),
     "tests/": ("fmu_src/", "scenarios/"),
     "hatch_build.py": ("fmu_src/__init__.py",),

@@ -1,0 +1,207 @@
+"""The linkage FMU over a whole turn, pose by pose, with its derivatives: a loop in C (turn.c) over FMI functions.
+
+Each pose is the FMU's own answer in Initialization Mode, where outputs belong to the crank angle as set. The crank
+turns with 1 rad/s, so that velocity and acceleration are the tip's derivatives by the crank angle. `FmuSource` is what
+`transplanter_linkage.measures` takes: the same measures are made of the FMU and of the package's solver in numpy.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterable, Mapping
+from ctypes import POINTER, byref, c_int64, c_size_t, c_uint32, c_uint64, c_void_p, cast
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.simulation import instantiate_fmu
+from transplanter_linkage.measures import GEOMETRY, SIGNALS
+
+from scenarios.common.instance import OK, FmuError, Refused, UnpackedFmu, first_line
+
+OUTPUTS = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "tip.angle", "assembly.margin")
+KNOWNS = tuple(f"geometry.{name}" for name in GEOMETRY)
+BUILD = Path(__file__).resolve().parents[2] / "build"
+assert len(OUTPUTS) == len(SIGNALS)
+
+
+class _Host(ctypes.Structure):
+    """Host of turn.c."""
+
+    _fields_ = [
+        ("fmi2", c_int64),
+        ("instance", c_void_p),
+        *((name, c_void_p) for name in ("set2", "get2", "direct2", "set3", "get3", "direct3", "adjoint3")),
+        ("outputs", c_uint64),
+        ("knowns", c_uint64),
+        *((name, POINTER(c_uint32)) for name in ("output", "known", "angle")),
+    ]
+
+
+FUNCTIONS = {
+    "2.0": {"set2": "fmi2SetReal", "get2": "fmi2GetReal", "direct2": "fmi2GetDirectionalDerivative"},
+    "3.0": {
+        "set3": "fmi3SetFloat64",
+        "get3": "fmi3GetFloat64",
+        "direct3": "fmi3GetDirectionalDerivative",
+        "adjoint3": "fmi3GetAdjointDerivative",
+    },
+}
+
+
+@cache
+def loop() -> ctypes.CDLL:
+    """turn.c as a library, compiled once for each version of it: in build/, or where there is none for this process."""
+    source = (resources.files("scenarios.common") / "turn.c").read_bytes()
+    name = f"turn-{hashlib.sha256(source).hexdigest()[:12]}-{sysconfig.get_platform()}{fmpy.sharedLibraryExtension}"
+    folder = BUILD / "scenarios"
+    try:
+        folder.mkdir(parents=True, exist_ok=BUILD.is_dir())
+    except OSError:  # as where the scenarios came in an archive
+        folder = Path(tempfile.mkdtemp(prefix="turn-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    library = folder / name
+    if not library.is_file():
+        with tempfile.TemporaryDirectory(dir=folder) as scratch:
+            file, made = Path(scratch) / "turn.c", Path(scratch) / name
+            file.write_bytes(source)
+            line = [sys.executable, "-m", "ziglang", "cc", "-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]
+            line += ["-fno-sanitize=all", "-Wall", "-Wextra", "-Werror"]
+            line += ["-I", str(Path(fmpy.__file__).parent / "c-code"), "-o", str(made), str(file)]
+            compiled = subprocess.run(line, capture_output=True, encoding="utf-8", errors="replace")
+            if compiled.returncode:
+                raise FmuError(f"The loop over a turn, turn.c, cannot be compiled: {compiled.stderr.strip()}")
+            made.replace(library)  # whole or not at all, whoever else is at it
+    return ctypes.CDLL(os.fspath(library))
+
+
+class FmuSource:
+    """The linkage FMU, of FMI 2.0 or 3.0, as a source of the measures; a context manager.
+
+    FMI 3.0 answers a gradient with one call, FMI 2.0 with eighteen.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._fmu = UnpackedFmu(path, versions=("2.0", "3.0"))
+        self.messages: list[str] = []
+        self._slave: Any = None
+        try:
+            description = self._fmu.description
+            missing = [name for name in ("crank.phi", "crank.w", *OUTPUTS, *KNOWNS) if name not in self._fmu.reference]
+            if missing:
+                raise FmuError(f"{path} ({description.modelName}) is not the linkage: it lacks {', '.join(missing)}.")
+            self.nominal = {
+                v.name.removeprefix("geometry."): float(v.start) for v in description.modelVariables if v.name in KNOWNS
+            }
+            self.nominal = {name: self.nominal[name] for name in GEOMETRY}
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+        self._loop = loop()
+        self.poses = 0  # asked for so far
+
+    def _start(self) -> None:
+        description, is2 = self._fmu.description, self._fmu.description.fmiVersion == "2.0"
+
+        def log(*arguments: Any) -> None:  # the text comes last in both versions
+            self.messages.append(arguments[-1].decode("utf-8", "replace") if arguments[-1] else "")
+
+        try:
+            slave = instantiate_fmu(str(self._fmu.folder), description, "CoSimulation", logger=log, debug_logging=True)
+        except Exception as error:
+            raise FmuError(f"{self._fmu.path} cannot be loaded on this platform: {first_line(error)}") from error
+        self._slave = slave
+        if is2:
+            slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        self._set = slave.setReal if is2 else slave.setFloat64
+        self._set([self._fmu.reference["crank.w"]], [1.0])
+        self._references = {
+            "output": self._array(OUTPUTS),
+            "known": self._array(KNOWNS),
+            "angle": self._array(["crank.phi"]),
+        }
+        functions = {
+            field: cast(getattr(slave.dll, name), c_void_p) for field, name in FUNCTIONS[description.fmiVersion].items()
+        }
+        self._host = _Host(
+            fmi2=int(is2),
+            instance=cast(slave.component, c_void_p),
+            outputs=len(OUTPUTS),
+            knowns=len(KNOWNS),
+            **functions,
+            **{name: cast(array, POINTER(c_uint32)) for name, array in self._references.items()},
+        )
+
+    def _array(self, names: Iterable[str]) -> ctypes.Array:
+        numbers = [self._fmu.reference[name] for name in names]
+        return (c_uint32 * len(numbers))(*numbers)
+
+    def set(self, geometry: Mapping[str, float]) -> FmuSource:
+        """Give the linkage another geometry, {"L1": 0.05, ...} in SI units; what is not named is nominal.
+
+        Raises Refused where the FMU takes a value for impossible."""
+        whole = self.nominal | dict(geometry)
+        self.messages.clear()
+        try:
+            self._set([self._fmu.reference[name] for name in KNOWNS], [whole[name] for name in GEOMETRY])
+        except fmpy.fmi1.FMICallException as error:
+            raise Refused(self._said() or first_line(error)) from error
+        return self
+
+    def sample(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The SIGNALS at each angle in rad, a row each, and their derivatives by it. Raises Refused."""
+        phi = np.ascontiguousarray(phi, dtype=float)
+        values, rates = np.empty((2, len(phi), len(OUTPUTS)))
+        self._call(self._loop.turn_sample, phi, values, rates)
+        return values, rates
+
+    def gradient(self, phi: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The gradient by GEOMETRY, a row each angle, of the sum of the SIGNALS times their weights. Raises Refused."""
+        phi, weights = (np.ascontiguousarray(array, dtype=float) for array in (phi, weights))
+        gradients = np.empty((len(phi), len(KNOWNS)))
+        self._call(self._loop.turn_gradient, phi, weights, gradients, np.empty(len(OUTPUTS)))
+        return gradients
+
+    def _call(self, function: Any, phi: np.ndarray, *arrays: np.ndarray) -> None:
+        at = c_size_t()
+        pointers = [c_void_p(array.__array_interface__["data"][0]) for array in (phi, *arrays)]
+        self.messages.clear()
+        self.poses += len(phi)
+        status = function(byref(self._host), c_size_t(len(phi)), *pointers, byref(at))
+        if status != OK:
+            angle = np.degrees(phi[at.value]) % 360
+            raise Refused(self._said() or f"status {status} at the crank angle {angle:.2f} deg")
+
+    def _said(self) -> str:
+        """The FMU's first message, without the name of the FMI function: later ones repeat it."""
+        head, separator, tail = (self.messages or [""])[0].partition(": ")
+        return tail if separator and head.startswith("fmi") else head + separator + tail
+
+    def close(self) -> None:
+        """Free the instance and delete the extracted files."""
+        if self._slave is not None:
+            self._slave.freeInstance()
+            self._slave = None
+        self._fmu.close()
+
+    def __enter__(self) -> FmuSource:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
