@@ -187,7 +187,9 @@ class Turn:
 
     def __init__(self, source: Source, operation: Operation | None = None, nodes: int = NODES) -> None:
         self.source, self.operation = source, operation or Operation()
-        self.nodes = nodes
+        if nodes % WINDOWS:
+            raise ValueError(f"nodes = {nodes}: a multiple of {WINDOWS} is needed")
+        self.nodes, self.soil_nodes = nodes, SOIL_NODES * -(-nodes // NODES)
         self.phi = 2 * math.pi / nodes * np.arange(nodes)
         self.values, self.rates = source.sample(self.phi)
         self._found: dict[str, Found] = {}
@@ -330,7 +332,7 @@ class Turn:
         """Extremes between two events: their windows move with them."""
         key = (start.phi, end.phi)
         if key not in self._sampled:
-            phi = start.phi + np.linspace(0, 1, SOIL_NODES + 1) * (end.phi - start.phi)
+            phi = start.phi + np.linspace(0, 1, self.soil_nodes + 1) * (end.phi - start.phi)
             self._sampled[key] = (phi, *self.source.sample(phi))
         return self._extremes(quantity, signs, self._sampled[key], SOIL_WINDOWS, (start, end))
 

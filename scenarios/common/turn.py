@@ -17,7 +17,7 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Iterable, Mapping
-from ctypes import POINTER, byref, c_int64, c_size_t, c_uint32, c_uint64, c_void_p, cast
+from ctypes import POINTER, byref, c_double, c_int64, c_size_t, c_uint32, c_uint64, c_void_p, cast
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -94,6 +94,7 @@ class FmuSource:
     """
 
     def __init__(self, path: Path) -> None:
+        self.path = path
         self._fmu = UnpackedFmu(path, versions=("2.0", "3.0"))
         self.messages: list[str] = []
         self._slave: Any = None
@@ -164,21 +165,21 @@ class FmuSource:
 
     def sample(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The SIGNALS at each angle in rad, a row each, and their derivatives by it. Raises Refused."""
-        phi = np.ascontiguousarray(phi, dtype=float)
+        phi = np.array(phi, dtype=float)
         values, rates = np.empty((2, len(phi), len(OUTPUTS)))
         self._call(self._loop.turn_sample, phi, values, rates)
         return values, rates
 
     def gradient(self, phi: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """The gradient by GEOMETRY, a row each angle, of the sum of the SIGNALS times their weights. Raises Refused."""
-        phi, weights = (np.ascontiguousarray(array, dtype=float) for array in (phi, weights))
+        phi, weights = np.array(phi, dtype=float), np.array(weights, dtype=float, order="C")
         gradients = np.empty((len(phi), len(KNOWNS)))
         self._call(self._loop.turn_gradient, phi, weights, gradients, np.empty(len(OUTPUTS)))
         return gradients
 
     def _call(self, function: Any, phi: np.ndarray, *arrays: np.ndarray) -> None:
         at = c_size_t()
-        pointers = [c_void_p(array.__array_interface__["data"][0]) for array in (phi, *arrays)]
+        pointers = [byref(c_double.from_buffer(array)) for array in (phi, *arrays)]
         self.messages.clear()
         self.poses += len(phi)
         status = function(byref(self._host), c_size_t(len(phi)), *pointers, byref(at))
