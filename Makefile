@@ -10,7 +10,7 @@ C_FILES    = $(shell git ls-files '*.[ch]')
 TIDY_FILES = $(filter-out %_fmu.c %/web_assembly.c,$(wildcard fmu_src/*/*.c))
 
 .DEFAULT_GOAL := help
-.PHONY: help run cycle test build explore check lint format workflow compile-commands dist bench soak hosts figure lock clean
+.PHONY: help run cycle design test build explore check lint format workflow compile-commands dist bench soak hosts figure lock clean
 
 help:   ## list the targets; times: Intel Xeon 2.5 GHz, once .venv is there (1 min, 500 MB)
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1|\2/p' $(MAKEFILE_LIST) | awk -F '|' -v width="$${COLUMNS:-80}" '{ \
@@ -68,6 +68,9 @@ build: $(VENV)/ready   ## build the FMUs into build/ (10 s)
 
 explore: build   ## build the FMUs and open the linkage in a browser, to change it and see what becomes of it
 	$(BIN)/linkage-fmu explore
+
+design: $(VENV)/ready-test build   ## find the design that sweeps the least of the ridge and asks no more of anything else (2 min)
+	$(BIN)/python -m scenarios.design practical
 
 dist: $(VENV)/ready-test   ## make the wheel and the FMUs for every platform in build/dist/, with checksums (40 s; minutes the first time)
 	rm -rf build/dist

@@ -53,7 +53,7 @@ def parser(scenario: str, doc: str, **output: object) -> argparse.ArgumentParser
     made = argparse.ArgumentParser(
         prog=f"python -m scenarios.{scenario}", description=doc.splitlines()[0], formatter_class=Help
     )
-    made.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU, FMI 2.0 (default: %(default)s)")
+    made.add_argument("--fmu", type=Path, default=FMU, help="the linkage FMU (default: %(default)s)")
     usual = {
         "default": ROOT / "build" / "reports" / scenario,
         "help": "folder for tables and figures (default: %(default)s)",

@@ -27,12 +27,14 @@ from typing import Any
 import fmpy
 import numpy as np
 from fmpy.simulation import instantiate_fmu
-from transplanter_linkage.measures import GEOMETRY, SIGNALS
+from transplanter_linkage.measures import GEOMETRY, SIGNALS, Operation, Turn
 
 from scenarios.common.instance import OK, FmuError, Refused, UnpackedFmu, first_line
+from scenarios.common.operating_point import HOLE_MM
 
 OUTPUTS = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "tip.angle", "assembly.margin")
 KNOWNS = tuple(f"geometry.{name}" for name in GEOMETRY)
+LEAST_DEPTH, MOST_DEPTH = 0.05, 0.15  # m, between which the published hole's is sought
 BUILD = Path(__file__).resolve().parents[2] / "build"
 assert len(OUTPUTS) == len(SIGNALS)
 
@@ -162,6 +164,24 @@ class FmuSource:
         except fmpy.fmi1.FMICallException as error:
             raise Refused(self._said() or first_line(error)) from error
         return self
+
+    def published_depth(self) -> float:
+        """How far the ridge's surface lies above the lowest point where the FMU's start values dig the published hole,
+        m: by halving. Raises FmuError where no depth from LEAST_DEPTH to MOST_DEPTH does: it starts with another set."""
+        self.set({})
+
+        def excess(depth: float) -> float:
+            return Turn(self, Operation(depth=depth)).measure("hole")["hole"] * 1e3 - HOLE_MM
+
+        low, high = LEAST_DEPTH, MOST_DEPTH
+        if not excess(low) < 0 < excess(high):
+            raise FmuError(
+                f"{self.path} does not start with the published set: no ridge surface gives the published hole."
+            )
+        while high - low > 1e-15:
+            middle = (low + high) / 2
+            low, high = (middle, high) if excess(middle) < 0 else (low, middle)
+        return (low + high) / 2
 
     def sample(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The SIGNALS at each angle in rad, a row each, and their derivatives by it. Raises Refused."""

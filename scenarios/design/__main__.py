@@ -22,9 +22,8 @@ from rich.console import Console
 from tqdm import tqdm
 from transplanter_linkage.measures import MEASURES, Operation, Turn
 
-from scenarios.common import command, figures, reports
+from scenarios.common import beside, command, figures, reports
 from scenarios.common.instance import FmuError
-from scenarios.common.operating_point import HOLE_MM
 from scenarios.common.turn import FmuSource
 from scenarios.common.variants import read_ssv
 from scenarios.design import figures as drawings
@@ -37,19 +36,6 @@ OUTPUT = command.ROOT / "build" / "reports" / "design"
 TIMES = 10  # the turns that a rival is given, in those of the gradients
 SEEDS = (1, 2)  # of the rivals
 SAME = 1e-9  # of a value: re-measured from the parameter set
-
-
-def published_depth(source: FmuSource) -> float:
-    """How far the ridge's surface lies above the lowest point where the published design digs its published hole, m."""
-    source.set({})
-    low, high = 0.05, 0.15
-    for _ in range(60):
-        middle = (low + high) / 2
-        if Turn(source, Operation(depth=middle))["hole"].value * 1e3 < HOLE_MM:
-            low = middle
-        else:
-            high = middle
-    return (low + high) / 2
 
 
 def knee(front: Sequence[Outcome], names: Sequence[str]) -> int:
@@ -65,7 +51,7 @@ def knee(front: Sequence[Outcome], names: Sequence[str]) -> int:
 def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
     """Run, print and write everything; returns the files."""
     with FmuSource(options.fmu) as source:
-        depth = published_depth(source)
+        depth = source.published_depth()
         first = Turn(source.set({}), Operation(depth=depth)).measure()
         study = load(options.study, source.nominal, first, depth)
         operation = study.operation
@@ -154,8 +140,8 @@ def draw(output: Path, found: report.Findings, names: list[str]) -> list[str]:
     source = found.problem.source
     both = {"published": found.published, "this design": found.turn}
     geometries = {"published": source.nominal, "this design": found.geometry}
-    opened = {name: Turn(Held(source, geometries[name]), turn.operation) for name, turn in both.items()}
-    made = {"designs": lambda: drawings.designs(opened, geometries)}
+    opened = {name: Turn(beside.Held(source, geometries[name]), turn.operation) for name, turn in both.items()}
+    made = {"designs": lambda: beside.designs(opened, geometries)}
     if names:
         points = np.array([[each.values[name] for name in names] for each in found.result.front])
         then = found.published.measure(*names)
@@ -163,19 +149,6 @@ def draw(output: Path, found: report.Findings, names: list[str]) -> list[str]:
         chosen = found.result.front.index(found.best)
         made["front"] = lambda: drawings.front(points, names, others, chosen, [then[name] for name in names])
     return [path.name for path in figures.save_all(output, made)]
-
-
-class Held:
-    """A source with one geometry, though others use the same FMU in between."""
-
-    def __init__(self, source: FmuSource, geometry: dict[str, float]) -> None:
-        self._source, self._geometry = source, geometry
-
-    def sample(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self._source.set(self._geometry).sample(phi)
-
-    def gradient(self, phi: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return self._source.set(self._geometry).gradient(phi, weights)
 
 
 def show(console: Console, found: report.Findings, names: list[str]) -> None:

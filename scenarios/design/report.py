@@ -11,7 +11,8 @@ import numpy as np
 from transplanter_linkage.measures import MEASURES, Turn
 
 from scenarios.common import reports, units
-from scenarios.common.variants import PHASE, unit_of, write_ssv
+from scenarios.common.beside import label, number
+from scenarios.common.variants import PHASE, PREFIX, unit_of, write_ssv
 from scenarios.design.problem import DENSE, Outcome, Problem
 from scenarios.design.search import Result, hypervolume
 from scenarios.design.tolerances import Spread
@@ -47,16 +48,6 @@ class Findings:
         return self.problem.study
 
 
-def number(name: str, value: float) -> str:
-    """A measure's value in its unit, without it."""
-    return "none" if math.isnan(value) else f"{MEASURES[name].shown(value):.{3 if MEASURES[name].unit == '1' else 2}f}"
-
-
-def _name(name: str) -> str:
-    unit = MEASURES[name].unit
-    return name.replace("_", " ") + ("" if unit == "1" else f" / {unit}" if "/" not in unit else f" / ({unit})")
-
-
 def figures_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Figure by figure, beside the published design."""
     rows = []
@@ -66,7 +57,7 @@ def figures_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, ...
         said = (
             "" if math.isnan(change) else f"{MEASURES[name].shown(change):+.{3 if MEASURES[name].unit == '1' else 2}f}"
         )
-        rows.append((_name(name), number(name, before[name]), number(name, after[name]), said))
+        rows.append((label(name), number(name, before[name]), number(name, after[name]), said))
     return ("figure", "published", "this design", "change"), rows
 
 
@@ -128,7 +119,7 @@ def tolerance_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, .
         digits = 5 if MEASURES[each.measure].unit == "1" else 3
         rows.append(
             (
-                _name(each.measure),
+                label(each.measure),
                 f"{MEASURES[each.measure].shown(each.by_gradient):.{digits}f}",
                 f"{MEASURES[each.measure].shown(each.by_samples):.{digits}f}",
                 f"{each.off:+.1%}",
@@ -150,7 +141,7 @@ def starts_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, ...]
         )
         for k, each in enumerate(found.result.starts, start=1)
     ]
-    return ("start", _name(name), "constraints", "whole turns"), rows
+    return ("start", label(name), "constraints", "whole turns"), rows
 
 
 def front_table(found: Findings, names: list[str]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -159,7 +150,7 @@ def front_table(found: Findings, names: list[str]) -> tuple[tuple[str, ...], lis
         (str(k), *(number(name, each.values[name]) for name in names), "reported" if each is found.best else "")
         for k, each in enumerate(found.result.front, start=1)
     ]
-    return ("point", *map(_name, names), ""), rows
+    return ("point", *map(label, names), ""), rows
 
 
 def volumes(found: Findings, names: list[str], reference: tuple[float, ...]) -> list[tuple[str, str, str]]:
@@ -200,6 +191,15 @@ def sentences(found: Findings) -> list[str]:
             + (f"; the FMU refused {found.refused} samples." if found.refused else ".")
         )
     return [*said, MODEL]
+
+
+def fragment(found: Findings) -> str:
+    """What differs from the published design, as it stands behind the # of the explorer's address: SI units."""
+    nominal = found.problem.source.nominal
+    values = {PREFIX + name: value for name, value in found.geometry.items() if value != nominal[name]}
+    if found.turn.operation.spacing != found.published.operation.spacing:
+        values["plant.spacing"] = found.turn.operation.spacing
+    return "&".join(f"{name}={value!r}" for name, value in values.items())
 
 
 def write(output: Path, found: Findings, pictures: list[str], names: list[str], by: tuple[float, ...]) -> list[Path]:
@@ -254,6 +254,7 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         "measures": {key: None if math.isnan(value) else value for key, value in found.turn.measure().items()},
         "published": {key: None if math.isnan(value) else value for key, value in found.published.measure().items()},
         "feasible": found.best.is_feasible,
+        "fragment": fragment(found),
     }
     as_json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     write_ssv(ssv, study.name, found.geometry)

@@ -5,23 +5,32 @@
 runs the published parameter set at 65 plants a minute, varies L1, the phase difference,
 L4 and L7 as the paper does, redraws its figures 3 to 8, and holds its figures and sentences
 against what comes out (Chen Jianneng et al. 2010, DOI 10.3969/j.issn.1000-1298.2010.12.010).
+
+    python -m scenarios.paper_cycle --set geometry.L1=55mm --set theta41=180deg
+    python -m scenarios.paper_cycle --ssv design.ssv
+
+show designs of your own beside the published one instead.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
 from tqdm import tqdm
+from transplanter_linkage.measures import Operation
 
-from scenarios.common import measures, reports
+from scenarios.common import beside, command, measures, reports, variants
 from scenarios.common.command import FMU, ROOT, Help
 from scenarios.common.instance import FmuError, Refused
 from scenarios.common.linkage import LinkageFmu, Turns
+from scenarios.common.turn import FmuSource
 from scenarios.paper_cycle import comparison, families, figures, published
 from scenarios.paper_cycle.families import FAMILIES, FamilyRun
 from scenarios.paper_cycle.published import Results
@@ -51,7 +60,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="DEG",
         help="crank angle between the samples of the nominal turn, in degrees (default: %(default)s)",
     )
+    variants.add_options(parser)
     options = parser.parse_args(arguments)
+    if options.variants:
+        return command.run(designs, options)
     try:
         results, written = run(options.fmu, options.output, options.step)
     except FmuError as error:
@@ -68,6 +80,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     console.print(comparison.count(results.rows))
     reports.show_files(console, options.output, written)
     return 0
+
+
+def designs(options: argparse.Namespace, console: Console) -> list[Path]:
+    """The variants of a command line beside the published design; returns the files."""
+    chosen = variants.chosen(options)
+    options.output = options.output / "designs" if options.output == OUTPUT else options.output
+    with FmuSource(options.fmu) as source:
+        options.output.mkdir(parents=True, exist_ok=True)
+        found = beside.turns(source, chosen, Operation(depth=source.published_depth()))
+        reports.show_table(console, "Designs beside one another", *beside.table(found))
+        written = beside.write(options.output, source, chosen, found)
+        for name, geometry in beside.geometries_of(source, chosen).items():
+            if name != variants.PUBLISHED:
+                written.append(options.output / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}.ssv")
+                variants.write_ssv(written[-1], name, geometry)
+    return written
 
 
 def _step(text: str) -> float:

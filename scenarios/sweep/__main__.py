@@ -1,17 +1,17 @@
 """Parameter studies of an FMU on Dask: many runs of a scene, on all cores or on a cluster.
 
     python -m scenarios.sweep
-    python -m scenarios.sweep --parameter geometry.L1=0.045:0.055 --parameter scene.spacing=0.3:0.5 --grid 9
+    python -m scenarios.sweep --parameter geometry.L1=45mm:55mm --parameter scene.spacing=300mm:500mm --grid 9
 
 Every run is one row of a Parquet dataset, ``results/`` in the study's own folder, written as soon as it
 is done. A sweep that was stopped, however hard, goes on where it was when it is started again. A run that
-the FMU refuses is a row too, with its message. ``sweep.png`` shows the trade-off between hole length,
-posture and acceleration.
+the FMU refuses is a row too, with its message. ``sweep.png`` shows the trade-off between swept width,
+lean and acceleration.
 
 A scene is a function (path of the FMU, {parameter: value}, *, own=...) -> {name: number}; ``--scene
 package.module:function`` runs another than scenarios.sweep.scenes:planting_cycle, for instance
 scenarios.field_row.scene:planted_row, the whole field row. What is varied are real parameters of the
-FMU, in SI units, and as ``scene.own`` the scene's own keyword arguments.
+FMU, with their units or in SI units, and as ``scene.own`` the scene's own keyword arguments.
 """
 
 from __future__ import annotations
@@ -45,9 +45,13 @@ from filelock import FileLock, Timeout
 from fmpy import read_model_description
 from rich.console import Console
 from tqdm import tqdm
+from transplanter_linkage import measures
+from transplanter_linkage.measures import GEOMETRY
+from transplanter_linkage.measures import MEASURES as CYCLE
 
-from scenarios.common import command, reports
+from scenarios.common import command, reports, units
 from scenarios.common.instance import FmuError, Refused, first_line, require_fmu
+from scenarios.common.variants import PREFIX, unit_of
 from scenarios.sweep.scenes import OWN, SweepError, find_scene, run_point
 
 # The parameters of the paper's section 4, each as far as the linkage still turns or a little beyond.
@@ -64,7 +68,8 @@ SCENE = "scenarios.sweep.scenes:planting_cycle"
 PATIENCE = "5s"  # for a scheduler to answer
 LIMIT = 600.0  # s that one run may take
 AHEAD = 16  # runs given to each worker at a time
-MEASURES = ("hole", "posture", "acceleration")
+MEASURES = ("swept", "lean", "peak_acceleration")
+SHOWN = (*MEASURES, "ground_speed")  # in the table
 
 
 # --- what is to be run -------------------------------------------------------------------------
@@ -210,8 +215,10 @@ def cluster(scheduler: str | None, workers: int | None) -> Iterator[Client]:
             return
         package = Path(scratch) / "scenarios.zip"
         with zipfile.ZipFile(package, "w") as archive:
-            for source in sorted((command.ROOT / "scenarios").rglob("*.py")):
+            for source in sorted(each for end in ("*.py", "*.c") for each in (command.ROOT / "scenarios").rglob(end)):
                 archive.write(source, source.relative_to(command.ROOT))
+            for name in ("__init__.py", "measures.py"):
+                archive.write(Path(measures.__file__).with_name(name), f"transplanter_linkage/{name}")
         client.upload_file(str(package))
         yield client
 
@@ -310,24 +317,25 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
         from scenarios.sweep import figure as sweep_figure  # matplotlib has no business in the workers
 
         values = np.column_stack([table[name].to_numpy() for name in MEASURES])
-        usable = (np.array(statuses) == "done") & np.isfinite(values).all(axis=1) & (values[:, 0] >= 0)
+        usable = (np.array(statuses) == "done") & np.isfinite(values).all(axis=1)
+        why = sweep_figure.left_out(statuses, values[:, 0], table["message"].to_pylist())
+        if why:
+            console.print(f"- {why}", markup=False)
         if usable.any():
             best = np.flatnonzero(usable)[front(np.abs(values[usable]))]
-            names = list(study.ranges)
+            names, shown = list(study.ranges), [name for name in SHOWN if name in table.column_names]
             rows = [
                 (
                     *(f"{table[name][int(k)].as_py():.4g}" for name in names),
-                    f"{values[k, 0] * 1e3:.1f}",
-                    f"{np.degrees(values[k, 1]):.1f}",
-                    f"{values[k, 2]:.1f}",
+                    *(f"{CYCLE[name].shown(table[name][int(k)].as_py()):.1f}" for name in shown),
                 )
                 for k in best[np.argsort(values[best, 0])]
             ]
-            headings = (*names, "hole / mm", "posture / deg", "acceleration / m/s2")
+            headings = (*names, *(f"{name.replace('_', ' ')} / {CYCLE[name].unit}" for name in shown))
             reports.show_table(
                 console,
                 f"{len(best)} runs that no other beats in all three"
-                + ("; 12 with the shortest holes" if len(rows) > 12 else ""),
+                + ("; 12 that sweep the least" if len(rows) > 12 else ""),
                 headings,
                 rows[:12],
             )
@@ -343,7 +351,7 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
                 usable,
                 best,
                 [start[name] for name in MEASURES if start],
-                sweep_figure.left_out(statuses, values[:, 0]),
+                why,
             )
     return written
 
@@ -374,8 +382,13 @@ def study_of(options: argparse.Namespace) -> Study:
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:
     name, _, values = text.partition("=")
+    unit = "m" if name == OWN + "spacing" else None
+    if name.startswith(PREFIX) and name.removeprefix(PREFIX) in GEOMETRY:
+        unit = unit_of(name.removeprefix(PREFIX))
     try:
-        low, high = map(float, values.split(":"))
+        low, high = (units.si(each, unit) for each in values.split(":"))
+    except units.UnitError as error:
+        raise argparse.ArgumentTypeError(f"{name}: {error}") from error
     except ValueError:
         low = high = math.nan
     if not name or not low < high or not math.isfinite(high - low):
@@ -419,7 +432,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         type=_range,
         default=[],
         metavar="NAME=LOW:HIGH",
-        help="vary this one, in SI units; may be given several times (default: the paper's four)",
+        help="vary this one, as geometry.L1=45mm:55mm; SI units without one; may be given several times (default: the "
+        "paper's four)",
     )
     parser.add_argument(
         "--samples",

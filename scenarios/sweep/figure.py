@@ -1,7 +1,9 @@
-"""The picture of a parameter study: hole length, posture and acceleration against each other."""
+"""The picture of a parameter study: swept width, lean and acceleration against each other."""
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,8 +15,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from scenarios.common.figures import BLACK, STYLE, VERMILLION
 
 TITLES = (
-    "hole length / mm",
-    "posture: mean lean out of the vertical / deg",
+    "swept at the surface / mm",
+    "lean from straight down, lowest point / deg",
     "greatest acceleration of the tip / (m/s²)",
 )
 SCALES = (1e3, 180 / np.pi, 1.0)
@@ -23,7 +25,7 @@ SCALES = (1e3, 180 / np.pi, 1.0)
 def draw(
     path: Path, values: np.ndarray, usable: np.ndarray, best: np.ndarray, start: Sequence[float], left_out: str
 ) -> None:
-    """Write the picture. ``values`` has the columns hole (m), posture (rad), acceleration (m/s2), a row a run,
+    """Write the picture. ``values`` has the columns swept (m), lean (rad), acceleration (m/s2), a row a run,
     ``start`` those of the FMU's start values or nothing; ``best`` are the rows that no other beats in all three.
     ``left_out`` says which runs are not ``usable`` and why, "" where all are.
     """
@@ -34,7 +36,7 @@ def draw(
         figure, panels = plt.subplots(1, 3, figsize=(13.0, 4.7), layout="constrained")
         for axes, (x, y) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
             axes.scatter(shown[beaten, x], shown[beaten, y], s=13, color="#C4C4C4", linewidths=0)
-            # The same colour is the same hole in every panel, so that a run can be followed.
+            # The same colour is the same width in every panel, so that a run can be followed.
             dots = axes.scatter(
                 shown[best, x], shown[best, y], c=shown[best, 0], cmap="viridis", s=34, edgecolors=BLACK, linewidths=0.6
             )
@@ -62,20 +64,22 @@ def draw(
         figure.legend(
             marks[:shown_marks], names[:shown_marks], loc="outside lower center", ncols=3, title=left_out or None
         )
-        title = f"Trade-off of {np.count_nonzero(usable)} of {len(values)} runs (smaller is better in all three)"
+        title = f"Trade-off of {np.count_nonzero(usable)} of {len(values)} runs (smaller is better in all three, of the lean its size)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=11)
         figure.savefig(path)
         plt.close(figure)
 
 
-def left_out(statuses: Sequence[str], hole: np.ndarray) -> str:
-    """Why runs are missing from the picture, a sentence or "". ``hole``: NaN or negative where a run has none."""
-    done = np.array(statuses) == "done"
-    counts = (
-        (list(statuses).count("refused"), "refused by the FMU (no whole turn)"),
-        (list(statuses).count("failed"), "failed"),
-        (int(np.count_nonzero(done & ~np.isfinite(hole))), "whose tip does not reach the surface"),
-        (int(np.count_nonzero(done & (hole < 0))), "whose path crosses itself below the surface"),
-    )
-    said = ", ".join(f"{count} {why}" for count, why in counts if count)
+def left_out(statuses: Sequence[str], swept: np.ndarray, messages: Sequence[str | None]) -> str:
+    """Why runs are missing from the picture, a sentence; "" where none is. ``swept``: NaN where a run has none."""
+    found: Counter[str] = Counter()
+    for status, width, message in zip(statuses, swept, messages, strict=True):
+        dyad = re.search(r"dyad (\w+)", message or "")
+        if status == "refused":
+            found[f"make no whole turn (dyad {dyad[1]} cannot close)" if dyad else "were refused by the FMU"] += 1
+        elif status == "failed":
+            found["failed"] += 1
+        elif not np.isfinite(width):
+            found["have a tip that does not rise to the surface"] += 1
+    said = ", ".join(f"{count} {why}" for why, count in found.most_common())
     return f"Not drawn: {said}." if said else ""

@@ -17,16 +17,15 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 from dask.distributed import get_worker
+from transplanter_linkage.measures import Operation, Turn
 
-from scenarios.common import measures
 from scenarios.common.instance import FmuError, Refused, first_line
-from scenarios.common.linkage import LinkageFmu
-from scenarios.common.operating_point import SPACING, hole_depth
+from scenarios.common.operating_point import SPACING
+from scenarios.common.turn import FmuSource
 
 OWN = "scene."  # prefix of the scene's own arguments among the parameters
-STEP_DEG = 0.5  # of the crank, between the samples of a planting cycle
+MEASURED = ("swept", "hole", "lean", "lean_change", "ground_speed", "height", "peak_acceleration", "margin")
 
 
 class SweepError(Exception):
@@ -34,38 +33,25 @@ class SweepError(Exception):
 
 
 @lru_cache(maxsize=1)
-def _linkage(fmu: Path) -> tuple[LinkageFmu, float]:
-    """The FMU, loaded once in each process, and how deep in mm its tip is in the ridge with its start values."""
-    linkage = LinkageFmu(fmu, SPACING)
-    atexit.register(linkage.close)
-    depth = hole_depth(linkage.run(STEP_DEG).dynamic_mm)
-    if depth is None:
-        raise FmuError(f"{fmu} does not start with the published set: no ridge surface gives the published hole.")
-    return linkage, depth
+def _linkage(fmu: Path) -> tuple[FmuSource, float]:
+    """The FMU, loaded once in each process, and how deep in m its tip is in the ridge with its start values."""
+    source = FmuSource(fmu)
+    atexit.register(source.close)
+    return source, source.published_depth()
 
 
 def planting_cycle(fmu: Path, parameters: Mapping[str, float], *, spacing: float = SPACING) -> dict[str, float]:
-    """One crank turn at planting speed with a plant spacing S in m.
+    """One crank turn at planting speed with a plant spacing S in m: the measures of `transplanter_linkage.measures`
+    that MEASURED names, SI units; NaN where the turn lacks what one is about.
 
-    ``hole`` is its length in m at a surface as far above the tip's lowest point as the published hole's
-    (NaN: none; negative: the path has crossed itself), ``posture`` how far in rad the nozzle leans from
-    straight down, on the mean over its time in the ridge, ``acceleration`` the tip's greatest in m/s2,
-    ``height`` the static trajectory's in m and ``margin`` the least assembly.margin.
+    The ridge's surface lies as far above the tip's lowest point as the published hole's.
     """
-    linkage, depth = _linkage(fmu)
-    linkage.spacing = spacing
-    turns = linkage.run(STEP_DEG, parameters)
-    path = turns.dynamic_mm
-    surface_mm = path.imag.min() + depth
-    hole = measures.hole(path, surface_mm)
-    lean = np.abs(turns["tip.angle"][path.imag < surface_mm] + math.pi / 2)
-    return {
-        "hole": hole.size / 1e3 if hole else math.nan,
-        "posture": float(lean.mean()),
-        "acceleration": float(turns.acceleration.max()),
-        "height": float(np.ptp(path.imag)) / 1e3,
-        "margin": float(turns["assembly.margin"].min()),
-    }
+    source, depth = _linkage(fmu)
+    unknown = [name for name in parameters if name.removeprefix("geometry.") not in source.nominal]
+    if unknown:
+        raise FmuError(f"a planting cycle has no use for {', '.join(unknown)}")
+    source.set({name.removeprefix("geometry."): value for name, value in parameters.items()})
+    return Turn(source, Operation(spacing=spacing, depth=depth)).measure(*MEASURED)
 
 
 def find_scene(name: str) -> Callable[[Path, Mapping[str, float]], Mapping[str, float]]:

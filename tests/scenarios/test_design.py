@@ -18,7 +18,7 @@ from transplanter_linkage.measures import GEOMETRY, KNOWNS, MEASURES, Operation,
 from scenarios.common import units, variants
 from scenarios.common.turn import FmuSource
 from scenarios.design import search
-from scenarios.design.__main__ import main, published_depth
+from scenarios.design.__main__ import main
 from scenarios.design.problem import Problem, best_of
 from scenarios.design.study import STUDIES, StudyError, load
 from scenarios.design.tolerances import spreads
@@ -295,8 +295,8 @@ def test_what_cannot_be_run_is_said_in_a_line(study, said, tmp_path, capsys, fmu
 
 
 def test_the_published_depth(source):
-    assert published_depth(source) * 1e3 == pytest.approx(103.2, abs=0.05)
-    assert Turn(source, Operation(depth=published_depth(source)))["hole"].value * 1e3 == pytest.approx(46.7, abs=1e-9)
+    assert source.published_depth() * 1e3 == pytest.approx(103.2, abs=0.05)
+    assert Turn(source, Operation(depth=source.published_depth()))["hole"].value * 1e3 == pytest.approx(46.7, abs=1e-9)
 
 
 def test_knowns_are_what_gradients_are_by():

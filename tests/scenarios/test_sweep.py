@@ -90,7 +90,8 @@ def test_front_keeps_what_nothing_beats() -> None:
 def test_published_set_in_the_default_scene(fmu_file: Path) -> None:
     found = planting_cycle(fmu_file, {})
     assert found["hole"] == pytest.approx(0.0467, abs=1e-4) and found["height"] == pytest.approx(0.33465, abs=1e-4)
-    assert found["posture"] == pytest.approx(np.radians(10.1), abs=2e-3) and found["margin"] > 0.1
+    assert found["lean"] == pytest.approx(np.radians(-4.72), abs=1e-3) and found["margin"] > 0.1
+    assert found["swept"] == pytest.approx(0.0748, abs=1e-4)
     assert planting_cycle(fmu_file, {}, spacing=0.5)["hole"] > found["hole"] + 0.02
     assert planting_cycle(fmu_file, {}) == found
 
@@ -106,13 +107,13 @@ def test_the_field_row_is_a_scene_too(fmu_file: Path) -> None:
 
 
 def test_the_picture_says_which_runs_it_lacks_and_why() -> None:
-    statuses = ["done", "done", "refused", "done", "failed", "refused", "done"]
-    holes = np.array([0.05, -0.01, np.nan, np.nan, np.nan, np.nan, 0.04])
-    assert left_out(statuses, holes) == (
-        "Not drawn: 2 refused by the FMU (no whole turn), 1 failed, 1 whose tip does not reach the surface, "
-        "1 whose path crosses itself below the surface."
+    statuses = ["done", "refused", "done", "failed", "refused", "refused", "done"]
+    messages = ["", "dyad ABD at crank.phi = 1", "", "no end", "dyad ABD at crank.phi = 2", "impossible", None]
+    assert left_out(statuses, np.array([0.05, *[np.nan] * 5, 0.04]), messages) == (
+        "Not drawn: 2 make no whole turn (dyad ABD cannot close), 1 have a tip that does not rise to the surface, "
+        "1 failed, 1 were refused by the FMU."
     )
-    assert left_out(["done"], np.array([0.05])) == ""
+    assert left_out(["done"], np.array([0.05]), [""]) == ""
 
 
 # --- what is kept ---------------------------------------------------------------------------------
@@ -215,7 +216,7 @@ def test_a_refused_geometry_is_a_row_with_the_fmu_s_message(run_scene: Run, tmp_
         "--grid",
         2,
         "--parameter",
-        "geometry.L1=0.05:0.065",
+        "geometry.L1=50mm:65mm",
         "--parameter",
         "scene.spacing=0.3:0.5",
     )
@@ -336,6 +337,7 @@ def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_sc
     [
         (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have crank.smoothing, geometry.L1, "),
         (("--parameter", "scene.speed=1:2"), "real parameter scene.speed; they have"),
+        (("--parameter", "geometry.L1=1deg:2deg"), "geometry.L1: '1deg' is not a length; units are m, mm, cm"),
         (("--parameter", "geometry.L1=2:1"), "'geometry.L1=2:1' is not NAME=LOW:HIGH with LOW below HIGH"),
         (("--scene", "scenarios.sweep.scenes:none"), "There is no scene 'scenarios.sweep.scenes:none'"),
         (("--limit", "0"), "'0' is not a time in s above 0"),
