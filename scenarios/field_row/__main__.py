@@ -21,10 +21,12 @@ from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
+from transplanter_linkage.measures import GEOMETRY
 
-from scenarios.common import command, reports
+from scenarios.common import command, reports, units
 from scenarios.common.command import ROOT
 from scenarios.common.instance import FmuError
+from scenarios.common.variants import PHASE, PREFIX, VariantError, read_ssv, unit_of
 from scenarios.field_row import figures as row_figures
 from scenarios.field_row import run as row_run
 from scenarios.field_row import study as row_study
@@ -35,9 +37,10 @@ from scenarios.field_row.partners.build import build as build_partners
 from scenarios.field_row.run import CONTROLLED, EMPTY, MASTERS, MISSED, PLANTED, WATCHED, Record, Row
 from scenarios.field_row.study import MASTERS as MASTER_WAYS
 from scenarios.field_row.study import Study
-from scenarios.field_row.system import ROW, load_system
+from scenarios.field_row.system import ROW, System, load_system
 
 OUTPUT = ROOT / "build" / "reports" / "field_row"
+LINKAGE = "linkage"  # the component to which a design belongs
 PLANTS = 50
 STEP_MS = 2.0
 MASTER = "extrapolated"
@@ -93,7 +96,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=[],
         metavar="COMPONENT.VARIABLE=VALUE",
         dest="settings",
-        help="a parameter, for instance soil.ridge.wave=0; may be repeated",
+        help="a parameter, for instance soil.ridge.wave=0, geometry.L1=55mm (of the linkage) or theta41=180deg; SI units "
+        "where none is given; may be repeated",
+    )
+    parser.add_argument(
+        "--ssv", type=_design, default={}, metavar="FILE", help="plant with the linkage's geometry in a parameter set"
     )
     parser.add_argument("--no-study", action="store_true", help="leave out the error against the communication step")
     parser.add_argument(
@@ -107,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.plants,
             master=options.master,
             step_ms=options.step,
-            settings=dict(options.settings),
+            settings=options.ssv | dict(options.settings),
             with_study=not options.no_study,
         )
     except (SystemFault, FmuError, PartnerError) as error:
@@ -137,10 +144,39 @@ def _setting(text: str) -> tuple[str, Value]:
     name, _, value = text.partition("=")
     if value in ("true", "false"):
         return name, value == "true"
+    if name == PHASE or name.startswith(PREFIX):
+        name = f"{LINKAGE}.{name}"
+    part, _, own = name.partition(".")
+    is_geometry = part == LINKAGE and (own == PHASE or own.removeprefix(PREFIX) in GEOMETRY)
     try:
-        return name, int(value) if value.lstrip("+-").isdecimal() else float(value)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"give component.variable=number, true or false, not {text!r}") from None
+        if value.lstrip("+-").isdecimal():
+            return name, int(value)
+        return name, units.si(value, unit_of(own.removeprefix(PREFIX)) if is_geometry else None)
+    except units.UnitError as error:
+        raise argparse.ArgumentTypeError(
+            f"give component.variable=number, with a unit or in SI units, true or false, not {text!r}: {error}"
+        ) from None
+
+
+def _design(text: str) -> dict[str, Value]:
+    """A parameter set as settings of the linkage."""
+    try:
+        return {f"{LINKAGE}.{PREFIX}{name}": value for name, value in read_ssv(Path(text)).changes.items()}
+    except VariantError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _told_apart(settings: dict[str, Value], system: System) -> dict[str, Value]:
+    """The phase difference of the cranks as phi4, which moves with it."""
+    told = dict(settings)
+    phase = told.pop(f"{LINKAGE}.{PHASE}", None)
+    linkage = system.component(LINKAGE)
+    if phase is not None and linkage is not None:
+        phi1 = f"{PREFIX}phi1"
+        told[f"{LINKAGE}.{PREFIX}phi4"] = float(told.get(f"{LINKAGE}.{phi1}", linkage.start(phi1) or 0.0)) + float(
+            phase
+        )
+    return told
 
 
 def run(
@@ -159,7 +195,8 @@ def run(
     reports cannot be written.
     """
     build_partners()
-    system = load_system(system_file).with_parameters(settings or {})
+    system = load_system(system_file)
+    system = system.with_parameters(_told_apart(settings or {}, system))
     row = row_run.row_of(system, plants)
     output.mkdir(parents=True, exist_ok=True)
     missing = row_study.missing(system)
