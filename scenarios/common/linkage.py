@@ -99,6 +99,7 @@ class LinkageFmu:
 
     def __init__(self, path: Path, spacing: float) -> None:
         self.spacing = spacing
+        self.design: dict[str, float] = {}  # parameters of every run, below those that it is given
         self._fmu = UnpackedFmu(path)
         try:
             self.description: ModelDescription = self._fmu.description
@@ -189,7 +190,7 @@ class LinkageFmu:
                 start_time=0.0,
                 stop_time=stop,
                 output_interval=stop / steps,
-                start_values=dict(parameters or {}),
+                start_values=self.design | dict(parameters or {}),
                 input=signals,
                 output=list(self.outputs),
             )

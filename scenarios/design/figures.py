@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from transplanter_linkage import Geometry, solve
 from transplanter_linkage.measures import MEASURES, Turn
 
+from scenarios.common.beside import label
 from scenarios.common.figures import BLUE, EARTH, EARTH_EDGE, GREEN, GREY, NOTE, ORANGE, VERMILLION
 
 
@@ -28,14 +29,9 @@ def front(
     axes.plot(*shown[chosen], "o", color=VERMILLION, markersize=9, label="reported design")
     low, high = axes.get_xlim(), axes.get_ylim()
     axes.plot(published[0] * scale[0], published[1] * scale[1], "*", color=GREY, markersize=13, label="published")
-    axes.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
+    axes.set(xlabel=label(names[0]), ylabel=label(names[1]))
     axes.set_xlim(low[0], max(low[1], published[0] * scale[0] * 1.05))
     axes.set_ylim(high[0], max(high[1], published[1] * scale[1] * 1.05))
     axes.legend()
-    axes.set_title("What one costs in the other: nothing lies to the lower left of the line", loc="left", color=NOTE)
+    axes.set_title("What one costs in the other: towards the lower left is better", loc="left", color=NOTE)
     return figure
-
-
-def _label(name: str) -> str:
-    unit = MEASURES[name].unit.replace("s2", "s²").replace("s3", "s³")
-    return name.replace("_", " ") + ("" if unit == "1" else f" / ({unit})")

@@ -1,6 +1,7 @@
 """Change the plant spacing while driving, from 300 to 500 mm: what the agronomist sees.
 
     python -m scenarios.spacing_change
+    python -m scenarios.spacing_change --ssv design.ssv
 
 The machine keeps its speed; the ratio between ground wheel and crank changes a little with every
 metre, so that the spacing S grows evenly with the way s: dS/ds = k. The crank then turns by
@@ -23,7 +24,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from scenarios.common import command, figures, measures, reports
+from scenarios.common import command, figures, measures, reports, variants
 from scenarios.common.instance import FmuError
 from scenarios.common.linkage import LinkageFmu, Turns
 from scenarios.common.operating_point import HOLE_MM, SPACING, hole_depth
@@ -230,6 +231,13 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
         depth = hole_depth(nominal)
         if depth is None:
             raise FmuError(f"{options.fmu} does not start with the published set: no ridge surface gives its hole.")
+        for variant in variants.chosen(options)[-1:]:
+            geometry = {name.removeprefix(variants.PREFIX): value for name, value in fmu.nominal.items()}
+            fmu.design = variant.parameters(geometry)
+            console.print(
+                f"Of the design {variant.name}, with the ridge's surface as deep as the published one's.", markup=False
+            )
+            nominal = fmu.run(STEADY_STEP_DEG).dynamic_mm
         surface_mm = float(nominal.imag.min()) + depth
         given, spacing = drive(SPACING / fmu.turn_time)
         path = fmu.follow(given, len(given["time"]) - 1)
@@ -281,7 +289,12 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    return command.run(scene, command.parser("spacing_change", __doc__).parse_args(arguments))
+    parser = command.parser("spacing_change", __doc__)
+    variants.add_options(parser)
+    options = parser.parse_args(arguments)
+    if len(variants.chosen(options)) > 1:
+        parser.error("one design at a time: --set several times, or one --ssv")
+    return command.run(scene, options)
 
 
 if __name__ == "__main__":
