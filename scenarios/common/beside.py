@@ -24,7 +24,8 @@ LINKS = (("O", "A"), ("A", "B"), ("C", "D"), ("D", "B"), ("D", "E"), ("E", "F"),
 
 def designs(turns: Mapping[str, Turn], geometries: Mapping[str, Mapping[str, float]]) -> Figure:
     """Each design's path relative to the machine, with its linkage at the lowest point; over ground, about the plant,
-    with the nozzle as it passes the surface; and its speed and acceleration over the turn."""
+    with the nozzle as it passes the surface; and its speed and acceleration over the turn.
+    """
     figure = plt.figure(figsize=(13.0, 5.2), layout="constrained")
     machine, ground, motion = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.1))
     for (name, turn), colour in zip(turns.items(), COLOURS, strict=False):

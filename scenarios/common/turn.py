@@ -156,7 +156,8 @@ class FmuSource:
     def set(self, geometry: Mapping[str, float]) -> FmuSource:
         """Give the linkage another geometry, {"L1": 0.05, ...} in SI units; what is not named is nominal.
 
-        Raises Refused where the FMU takes a value for impossible."""
+        Raises Refused where the FMU takes a value for impossible.
+        """
         whole = self.nominal | dict(geometry)
         self.messages.clear()
         try:
@@ -167,7 +168,8 @@ class FmuSource:
 
     def published_depth(self) -> float:
         """How far the ridge's surface lies above the lowest point where the FMU's start values dig the published hole,
-        m: by halving. Raises FmuError where no depth from LEAST_DEPTH to MOST_DEPTH does: it starts with another set."""
+        m: by halving. Raises FmuError where no depth from LEAST_DEPTH to MOST_DEPTH does: it starts with another set.
+        """
         self.set({})
 
         def excess(depth: float) -> float:

@@ -99,7 +99,7 @@ def read_ssv(path: Path) -> Variant:
 
 
 def write_ssv(path: Path, name: str, geometry: Mapping[str, float]) -> None:
-    """A geometry as a parameter set of SSP 1.0, SI units with all their digits, checked against the standard's schema."""
+    """A geometry as a parameter set of SSP 1.0, SI units with all digits, checked against the standard's schema."""
     root = etree.Element(
         f"{{{SPACE}}}ParameterSet", {"version": "1.0", "name": name}, nsmap={"ssv": SPACE, "ssc": COMMON}
     )

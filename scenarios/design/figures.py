@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from transplanter_linkage import Geometry, solve
-from transplanter_linkage.measures import MEASURES, Turn
+from transplanter_linkage.measures import MEASURES
 
 from scenarios.common.beside import label
-from scenarios.common.figures import BLUE, EARTH, EARTH_EDGE, GREEN, GREY, NOTE, ORANGE, VERMILLION
+from scenarios.common.figures import BLUE, GREEN, GREY, NOTE, ORANGE, VERMILLION
 
 
 def front(

@@ -43,7 +43,8 @@ class Design:
 @dataclass(frozen=True)
 class Outcome:
     """What a search ended with. ``values``: the measures that the study names, SI; ``beyond``: the worst violation of a
-    constraint, scaled; ``turns``: whole turns computed on the way."""
+    constraint, scaled; ``turns``: whole turns computed on the way.
+    """
 
     design: Design
     values: dict[str, float]
@@ -347,7 +348,8 @@ class Problem:
 
     def multipliers(self, design: Design) -> tuple[dict[int, float], dict[str, float], float]:
         """At a best design: what the objective would gain for each unit by which a limit, or the end of a parameter's
-        range, gave way, SI units; and the part of the objective's gradient that they leave over, 0 at an optimum."""
+        range, gave way, SI units; and the part of the objective's gradient that they leave over, 0 at an optimum.
+        """
         z = self.start(self.z_of(design))
         assert z is not None
         _, gradient, rows = self.evaluate(z)

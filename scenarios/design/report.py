@@ -179,8 +179,8 @@ def sentences(found: Findings) -> list[str]:
         said.append(f"Measured again from the parameter set in {found.again_fmu}: the same to {found.again:.0e}.")
     fit = sum(each.is_feasible for each in found.result.starts)
     said.append(
-        f"{fit} of {len(found.result.starts)} random starts kept every constraint; {found.result.turns} whole turns with "
-        "their gradients in all."
+        f"{fit} of {len(found.result.starts)} random starts kept every constraint; {found.result.turns} whole turns "
+        "with their gradients in all."
     )
     if {each.name for each in found.study.ranges} >= REDUNDANT:
         said.append("L8, L9, theta8 and theta9 are four numbers for three: designs along a curve are the same.")
@@ -211,9 +211,11 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         "",
         f"{study.question}",
         "",
-        f"Written by `python -m scenarios.design {study.name}`. Plant spacing {operation.spacing * 1e3:.1f} mm, "
-        f"{operation.w * 30 / math.pi:g} turns a minute, the ridge's surface {operation.depth * 1e3:.1f} mm above the "
-        "tip's lowest point; signs and frames as the FMU's: x forward, y up.",
+        (
+            f"Written by `python -m scenarios.design {study.name}`. Plant spacing {operation.spacing * 1e3:.1f} mm, "
+            f"{operation.w * 30 / math.pi:g} turns a minute, the ridge's surface {operation.depth * 1e3:.1f} mm above "
+            "the tip's lowest point; signs and frames as the FMU's: x forward, y up."
+        ),
         "",
         *(f"- {sentence}" for sentence in sentences(found)),
         "",
@@ -240,9 +242,11 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
     parts += [
         "## Files",
         "",
-        "`design.ssv`: the geometry as a parameter set (SSP 1.0) for any FMI host, for "
-        "`python -m scenarios.paper_cycle --ssv design.ssv`, and so for the spacing, the row and the sweep; `design.json`: "
-        "the same with all figures, in SI units" + ("; `front.csv` and `point_*.ssv`: the front." if names else "."),
+        (
+            "`design.ssv`: the geometry as a parameter set (SSP 1.0) for any FMI host, for "
+            "`python -m scenarios.paper_cycle --ssv design.ssv`, and so for the spacing and the row; `design.json`: "
+            "the same with all figures, in SI units" + ("; `front.csv` and `point_*.ssv`: the front." if names else ".")
+        ),
         "",
     ]
     report, as_json, ssv = (output / name for name in ("report.md", "design.json", "design.ssv"))

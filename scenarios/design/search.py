@@ -55,7 +55,8 @@ class Store:
 @dataclass(frozen=True)
 class Result:
     """What a study ended with. ``best``: of one objective, or the end of the front in the first; ``front``: by the
-    first objective."""
+    first objective.
+    """
 
     starts: tuple[Outcome, ...]
     best: Outcome

@@ -138,7 +138,8 @@ class _Reader:
 
 def load(path: Path, nominal: Mapping[str, float], published: Mapping[str, float], depth: float | None = None) -> Study:
     """Read a study. ``nominal``: the FMU's geometry; ``published``: its measures in the published operation; ``depth``:
-    of the ridge, where the study gives none. Raises StudyError."""
+    of the ridge, where the study gives none. Raises StudyError.
+    """
     if not path.is_file() and (STUDIES / f"{path}.toml").is_file():
         path = STUDIES / f"{path}.toml"
     try:

@@ -42,6 +42,7 @@ def spreads(
     deviations: dict[str, float],
     samples: int,
     done: Callable[[], object],
+    *,
     seed: int = 1,
 ) -> tuple[list[Spread], int]:
     """Spreads of MEASURED, errors normal and independent; and how many samples the FMU refused."""

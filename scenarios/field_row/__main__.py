@@ -96,8 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=[],
         metavar="COMPONENT.VARIABLE=VALUE",
         dest="settings",
-        help="a parameter, for instance soil.ridge.wave=0, geometry.L1=55mm (of the linkage) or theta41=180deg; SI units "
-        "where none is given; may be repeated",
+        help="a parameter, for instance soil.ridge.wave=0, geometry.L1=55mm (of the linkage) or theta41=180deg; SI "
+        "units where none is given; may be repeated",
     )
     parser.add_argument(
         "--ssv", type=_design, default={}, metavar="FILE", help="plant with the linkage's geometry in a parameter set"

@@ -64,7 +64,8 @@ def draw(
         figure.legend(
             marks[:shown_marks], names[:shown_marks], loc="outside lower center", ncols=3, title=left_out or None
         )
-        title = f"Trade-off of {np.count_nonzero(usable)} of {len(values)} runs (smaller is better in all three, of the lean its size)"
+        runs = f"{np.count_nonzero(usable)} of {len(values)} runs"
+        title = f"Trade-off of {runs} (smaller is better in all three, of the lean its size)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=11)
         figure.savefig(path)
         plt.close(figure)

@@ -35,7 +35,7 @@ MAY_KNOW: dict[str, tuple[str, ...]] = {
     "fmu_src/__main__.py": ("fmu_src/cli.py",),
     # what the product is held against; no room of the product knows it
     "fmu_src/oracle/": ("fmu_src/interface.py", "fmu_src/exporter/reference.py"),
-    # scenarios know built FMUs, fmpy and the wheel's measures: of the sources nothing, of each other nothing but common/
+    # scenarios know built FMUs, fmpy and the wheel's measures: of each other nothing but common/
     "scenarios/common/": ("fmu_src/measures.py", "fmu_src/__init__.py"),
     "scenarios/design/": ("scenarios/common/", "fmu_src/measures.py", "fmu_src/__init__.py"),
     "scenarios/field_row/": ("scenarios/common/", "fmu_src/measures.py"),

@@ -24,7 +24,7 @@ def test_poses_and_gradients_are_those_of_the_solver(source):
     source.set(OTHER)
     solver, phi = Kinematics(Geometry(**OTHER)), np.linspace(-7, 7, 41)
     weights = np.random.default_rng(1).normal(size=(41, 8))
-    for mine, other in zip(source.sample(phi), solver.sample(phi)):
+    for mine, other in zip(source.sample(phi), solver.sample(phi), strict=True):
         np.testing.assert_allclose(mine, other, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(source.gradient(phi, weights), solver.gradient(phi, weights), rtol=1e-11, atol=1e-13)
     np.testing.assert_array_equal(  # the same angle again is not set again
@@ -51,7 +51,7 @@ def test_what_is_not_named_is_nominal_again(source):
 def test_a_refusal_names_dyad_angle_and_gap_and_the_source_goes_on(source):
     with pytest.raises(Refused, match=r"dyad ABD at crank\.phi = .* mm too long for the two links"):
         Turn(source.set({"L1": 0.065}))
-    with pytest.raises((Refused, FMICallException), match="geometry.L2"):
+    with pytest.raises((Refused, FMICallException), match=r"geometry\.L2"):
         Turn(source.set({"L2": -1.0}))
     assert Turn(source.set({}))["margin"].value == pytest.approx(0.5449, abs=1e-4)
 

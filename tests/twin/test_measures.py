@@ -1,4 +1,4 @@
-"""The measures of a planting cycle and their gradients, against 50 digits; the package's names, as its user has them."""
+"""The measures of a planting cycle and their gradients, against 50 digits, and the package's names."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def test_values_and_gradients_against_50_digits(name, design):
         for direction in chance.normal(size=(1 if "rms" in name else 3, len(KNOWNS))) * scale:
             small = mpf(10) ** -14
             ahead, behind = (
-                at_point([mpf(a) + side * small * mpf(d) for a, d in zip(at, direction)], name, turn)
+                at_point([mpf(a) + side * small * mpf(d) for a, d in zip(at, direction, strict=True)], name, turn)
                 for side in (1, -1)
             )
             whole = np.abs(turn[name].gradient * direction).sum()
@@ -160,7 +160,7 @@ def test_values_and_gradients_against_50_digits(name, design):
 
 
 def at_point(values, name, turn):
-    return Exact(dict(zip(GEOMETRY, values)), values[len(GEOMETRY) :])(name, turn)
+    return Exact(dict(zip(GEOMETRY, values, strict=False)), values[len(GEOMETRY) :])(name, turn)
 
 
 def test_signals_are_the_solver_s():
