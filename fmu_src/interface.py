@@ -23,10 +23,12 @@ else:
 INTERFACE_FILE = Path(__file__).with_name("interface.toml")
 DEPENDENCY_KINDS = ("dependent", "constant")
 
-# What equations are made of; in C: PoseFactor (component/pose.h) and MotionFactor (component/motion.h).
-POSE_FACTORS = ("tip.x", "tip.y", "tip.angle", "assembly.margin")
+# What equations are made of; in C: PoseFactor and MotionFactor (component/factors.h).
+MASS_FACTORS = ("linkage.mass", "linkage.inertia", "linkage.moment.x", "linkage.moment.y")
+POSE_FACTORS = ("tip.x", "tip.y", "tip.angle", "assembly.margin", *MASS_FACTORS)
 MOTION_FACTORS = (
     "crank.w", "crank.w^2", "crank.a", "machine.s", "machine.v", "machine.a", "tip.fx", "tip.fy",
+    "gravity",
 )  # fmt: skip
 HIGHEST_ORDER = 2  # of a derivative by phi in an equation: derivatives by time need two more
 
@@ -133,22 +135,40 @@ class Product:
     order: int
     motion: str
 
+    @property
+    def has_masses(self) -> bool:
+        """Whether it is 0 where no masses are given."""
+        return self.pose in MASS_FACTORS
+
 
 @dataclass(frozen=True, kw_only=True)
 class Computed(Variable):
-    """What the component computes: the sum of the products of its equation, with the others of its group.
+    """What the component computes, with the others of its group."""
+
+    unit: Unit = field()
+    group: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Local(Computed):
+    """What one looks at: a value, without derivatives, that no host records unasked."""
+
+    kind = "local"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknown(Computed):
+    """What has derivatives: the sum of the products of its equation.
 
     `depends` maps the names of inputs and states to the dependency kind ("dependent" or "constant").
     """
 
-    unit: Unit = field()
-    group: str
     equation: tuple[Product, ...]
     depends: dict[str, str]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Output(Computed):
+class Output(Unknown):
     """What a host reads; `initially` are the parameters that its initial value depends on besides."""
 
     kind = "output"
@@ -156,7 +176,7 @@ class Output(Computed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Derivative(Computed):
+class Derivative(Unknown):
     """The derivative by time of the state `of`."""
 
     kind = "derivative"
@@ -205,14 +225,21 @@ class Interface:
     def of_kind(self, kind: Literal["parameter"]) -> list[Parameter]: ...
     @overload
     def of_kind(self, kind: Literal["derivative"]) -> list[Derivative]: ...
+    @overload
+    def of_kind(self, kind: Literal["local"]) -> list[Local]: ...
     def of_kind(self, kind: str) -> Any:
         """The variables of one kind, in the order of their value references."""
         return [variable for variable in self.variables if variable.kind == kind]
 
     @property
-    def computed(self) -> list[Computed]:
+    def unknowns(self) -> list[Unknown]:
         """Outputs, then derivatives."""
         return [*self.of_kind("output"), *self.of_kind("derivative")]
+
+    @property
+    def computed(self) -> list[Computed]:
+        """Outputs, derivatives, then locals."""
+        return [*self.unknowns, *self.of_kind("local")]
 
     def limits(self, variable: Variable) -> tuple[float, float]:
         """The least and the greatest value that a variable may be set to."""
@@ -226,7 +253,19 @@ class Interface:
     @cached_property
     def geometry(self) -> dict[str, float]:
         """Start values of the geometry by symbol: `{"L1": 0.05, ...}`, the nominal set."""
-        prefix = "geometry."
+        return self._parameters("geometry.")
+
+    @cached_property
+    def masses(self) -> dict[str, float]:
+        """Start values of the masses: `{"OA.m": 0.0, ...}`."""
+        return self._parameters("body.")
+
+    @property
+    def gravity(self) -> float:
+        """Start value of gravity, m/s2."""
+        return next(v.start for v in self.of_kind("parameter") if v.name == "gravity")
+
+    def _parameters(self, prefix: str) -> dict[str, float]:
         return {v.name[len(prefix) :]: v.start for v in self.of_kind("parameter") if v.name.startswith(prefix)}
 
     @property
@@ -309,6 +348,7 @@ def _variable(reference: int, entry: dict[str, Any], units: dict[str, Unit], set
             depends=depends(),
             initially=_expand(entry.pop("initially", []), sets),
         ),
+        "local": lambda **common: Local(**common, group=entry.pop("group")),
         "derivative": lambda **common: Derivative(
             **common, group=entry.pop("group"), equation=equation(), depends=depends(), of=entry.pop("of")
         ),
@@ -369,7 +409,8 @@ def _check(variables: tuple[Variable, ...]) -> None:
             problems.append("a unit belongs to every number, and to no Boolean")
         if isinstance(v, Parameter):
             problems += _problems_of_range(v)
-        if isinstance(v, Computed):
+        if isinstance(v, Unknown):
+            problems += _problems_of_equation(v)
             problems += _problems_of_dependencies(v, by_name)
         if problems:
             raise InterfaceError(f"{INTERFACE_FILE.name}: {v.name}: " + "; ".join(problems))
@@ -383,7 +424,13 @@ def _problems_of_range(v: Parameter) -> list[str]:
     return []
 
 
-def _problems_of_dependencies(v: Computed, by_name: dict[str, Variable]) -> list[str]:
+def _problems_of_equation(v: Unknown) -> list[str]:
+    """Without masses, what they are in is left out: something has to be left, and the end to be it."""
+    masses = [product.has_masses for product in v.equation]
+    return ["equation: products with masses come after others"] if masses != sorted(masses) or masses[0] else []
+
+
+def _problems_of_dependencies(v: Unknown, by_name: dict[str, Variable]) -> list[str]:
     problems = []
     if isinstance(v, Derivative) and not (v.of in by_name and by_name[v.of].is_state):
         problems.append(f"'of' must name a state, which {v.of!r} is not")

@@ -28,8 +28,26 @@ ComponentStatus component_set_experiment(Component *c, double start, bool stop_i
     return COMPONENT_OK;
 }
 
+/* Whether each body's moment of inertia can be: without a mass, a body has none. One that turns
+ * about a fixed pivot may stand for a wheel whose weight is borne by the machine. */
+static ComponentStatus check_masses(Component *c) {
+    static const uint32_t masses[] = {VARIABLE_BODY_AB_M, VARIABLE_BODY_DE_M, VARIABLE_BODY_EF_M};
+    for (size_t i = 0; i < sizeof masses / sizeof masses[0]; ++i) {
+        uint32_t mass = masses[i], inertia = masses[i] + 3;
+        if (c->value[mass] == 0.0 && c->value[inertia] > 0.0) {
+            message_write(c->message, sizeof c->message,
+                          "%s = %g kg.m2, but %s = 0: a body that is carried has no moment of "
+                          "inertia without mass",
+                          interface_variables[inertia].name, c->value[inertia],
+                          interface_variables[mass].name);
+            return COMPONENT_ERROR;
+        }
+    }
+    return COMPONENT_OK;
+}
+
 ComponentStatus component_exit_initialization(Component *c, ComponentMode next) {
-    if (pose_solve(c, 0) != COMPONENT_OK)
+    if (pose_solve(c, 0) != COMPONENT_OK || check_masses(c) != COMPONENT_OK)
         return COMPONENT_ERROR;
     CrankInput input = inputs_of_crank(c);
     inputs_start_histories(component_present(c), &input);

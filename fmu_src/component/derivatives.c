@@ -1,7 +1,6 @@
 #include "derivatives.h"
 
-#include "../linkage/sensitivity.h"
-
+#include "factors.h"
 #include "pose.h"
 #include "variables.h"
 
@@ -20,13 +19,17 @@ typedef struct {
 
 typedef struct {
     const Product *products;
-    size_t count; /* 0: this variable is not computed by an equation */
+    size_t massless; /* how many there are before those with masses in them */
+    size_t count;    /* in all; 0: this variable is not computed by an equation */
 } Equation;
 
 #define PRODUCT(c, P, n, Q) {c, POSE_##P, n, MOTION_##Q},
-#define PRODUCTS(NAME) static const Product PRODUCTS_##NAME[] = {EQUATION_##NAME(PRODUCT)};
+#define ONE_MORE(c, P, n, Q) +1 /* NOLINT(bugprone-macro-parentheses): a term of a sum */
+#define NONE(c, P, n, Q)
+#define PRODUCTS(NAME) static const Product PRODUCTS_##NAME[] = {EQUATION_##NAME(PRODUCT, PRODUCT)};
 #define EQUATION(NAME)                                                                             \
-    [VARIABLE_##NAME] = {PRODUCTS_##NAME, sizeof PRODUCTS_##NAME / sizeof(Product)},
+    [VARIABLE_##NAME] = {PRODUCTS_##NAME, 0 EQUATION_##NAME(ONE_MORE, NONE),                       \
+                         sizeof PRODUCTS_##NAME / sizeof(Product)},
 #define PRODUCTS_OF_GROUP(NAME) INTERFACE_OUTPUTS_OF_##NAME(PRODUCTS)
 #define EQUATIONS_OF_GROUP(NAME) INTERFACE_OUTPUTS_OF_##NAME(EQUATION)
 
@@ -38,24 +41,40 @@ static bool has_equation(uint32_t reference) {
     return variable_is_known(reference) && equations[reference].count > 0;
 }
 
-/* Makes sure that the pose is there with as many derivatives by phi as the equations of these
- * variables need, differentiated `times` times more. *highest: of the derivatives by phi in the
- * equations as they stand; -1 where none needs the pose. */
+/* The equation of a variable, as far as it counts: without masses, the products with these are 0.
+ */
+static Equation equation_of(uint32_t reference, bool with_masses) {
+    Equation equation = equations[reference];
+    if (!with_masses)
+        equation.count = equation.massless;
+    return equation;
+}
+
+/* Makes sure that the pose, and its masses, are there with as many derivatives by phi as the
+ * equations of these variables need, differentiated `times` times more. *sweep: the order that a
+ * sweep for their derivatives by parameters must have; -1 where none needs the pose. */
 static ComponentStatus solve_for(Component *c, const uint32_t reference[], size_t count, int times,
-                                 int *highest) {
-    int needed = POSE_NEEDS_NONE;
-    *highest = POSE_NEEDS_NONE;
+                                 bool with_masses, int *sweep) {
+    int needed = -1, needed_of_masses = -1;
+    *sweep = -1;
     for (size_t i = 0; i < count; ++i) {
-        const Equation *equation = &equations[reference[i]];
-        for (size_t k = 0; k < equation->count; ++k) {
-            const Product *product = &equation->products[k];
-            int needs = pose_needs(product->pose, product->order + times);
+        Equation equation = equation_of(reference[i], with_masses);
+        for (size_t k = 0; k < equation.count; ++k) {
+            const Product *product = &equation.products[k];
+            int needs = pose_factor_needs(product->pose, product->order + times);
+            int sweeps = pose_factor_sweep(product->pose, product->order);
             needed = needs > needed ? needs : needed;
-            if (product->pose != POSE_ONE && product->order > *highest)
-                *highest = product->order;
+            if (pose_factor_is_of_masses(product->pose) && needs > needed_of_masses)
+                needed_of_masses = needs;
+            *sweep = sweeps > *sweep ? sweeps : *sweep;
         }
     }
-    return needed < 0 ? COMPONENT_OK : pose_solve(c, needed);
+    int least = *sweep < 0 ? -1 : *sweep + 1; /* linkage_vary wants one more */
+    needed = needed < least ? least : needed;
+    ComponentStatus status = needed < 0 ? COMPONENT_OK : pose_solve(c, needed);
+    if (status == COMPONENT_OK && needed_of_masses >= 0)
+        pose_solve_masses(c, needed_of_masses);
+    return status;
 }
 
 /* ---- by time ------------------------------------------------------------------------------- */
@@ -74,15 +93,14 @@ static double pose_by_time(const Component *c, PoseFactor factor, int order, int
 }
 
 /* The n-th time derivative of an output, by the product rule. The pose has what it needs. */
-static double by_time(const Component *c, const Equation *equation, int n) {
+static double by_time(const Component *c, Equation equation, int n) {
     double sum = 0.0;
-    for (size_t i = 0; i < equation->count; ++i) {
-        const Product *p = &equation->products[i];
+    for (size_t i = 0; i < equation.count; ++i) {
+        const Product *p = &equation.products[i];
         double binomial = 1.0;
         for (int k = 0; k <= n; ++k) {
             sum += binomial * p->factor
-                   * (pose_by_time(c, p->pose, p->order, k)
-                      * motion_factor(c->shown, p->motion, n - k));
+                   * (pose_by_time(c, p->pose, p->order, k) * motion_factor(c, p->motion, n - k));
             binomial = binomial * (n - k) / (k + 1);
         }
     }
@@ -100,27 +118,29 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
             return refuse_order(c, reference[i], order[i]);
         greatest = order[i] > greatest ? order[i] : greatest;
     }
-    int highest;
-    ComponentStatus status = solve_for(c, reference, count, greatest, &highest);
+    int sweep;
+    bool with_masses = c->inertia.has_mass;
+    ComponentStatus status = solve_for(c, reference, count, greatest, with_masses, &sweep);
     if (status != COMPONENT_OK)
         return status;
     for (size_t i = 0; i < count; ++i)
-        value[i] = by_time(c, &equations[reference[i]], order[i]);
+        value[i] = by_time(c, equation_of(reference[i], with_masses), order[i]);
     return COMPONENT_OK;
 }
 
 /* ---- by inputs, machine.s and parameters ----------------------------------------------------- */
 
 /* Refuses, with a message, what is no unknown or no known now, and seeds that are no numbers. Else
- * says whether parameters are among the knowns. These are so in initialization mode alone, where
- * they may change: FMI 2.0.4, sections 2.1.9 and 2.2.8 (InitialUnknowns); FMI 3.0, section 2.2,
- * "Getting Partial Derivatives". The independent variable is a known in every mode (there, and FMI
- * 3.0, section 2.4.8); nothing depends on the time itself, so that all derivatives by it are 0. */
+ * says whether parameters, and masses, are among the knowns. Parameters are so in initialization
+ * mode alone, where they may change: FMI 2.0.4, sections 2.1.9 and 2.2.8 (InitialUnknowns);
+ * FMI 3.0, section 2.2, "Getting Partial Derivatives". The independent variable is a known in every
+ * mode (there, and FMI 3.0, section 2.4.8); nothing depends on the time itself, so that all
+ * derivatives by it are 0. */
 static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
                                         size_t unknown_count, const uint32_t known[],
                                         size_t known_count, const double seed[], bool is_adjoint,
-                                        bool *by_geometry) {
-    *by_geometry = false;
+                                        bool *by_parameters, bool *by_masses) {
+    *by_parameters = *by_masses = false;
     for (size_t i = 0; i < unknown_count; ++i) {
         if (!has_equation(unknown[i]))
             return refuse_reference(c, unknown[i], "is no output: no derivative of it");
@@ -128,7 +148,8 @@ static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
             return refuse_value(c, unknown[i], seed[i]);
     }
     for (size_t k = 0; k < known_count; ++k) {
-        bool is_parameter = variable_is_geometry(known[k]);
+        bool is_mass = variable_is_mass(known[k]);
+        bool is_parameter = is_mass || variable_is_geometry(known[k]);
         if (is_parameter && c->settings.mode != MODE_INITIALIZATION)
             return refuse_reference(c, known[k],
                                     "derivatives by parameters exist in initialization mode only");
@@ -137,36 +158,36 @@ static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
             return refuse_reference(c, known[k], "is no input: no derivative by it");
         if (!is_adjoint && !(fabs(seed[k]) <= INTERFACE_GREATEST_VALUE))
             return refuse_value(c, known[k], seed[k]);
-        *by_geometry = *by_geometry || is_parameter;
+        *by_parameters = *by_parameters || is_parameter;
+        *by_masses = *by_masses || is_mass;
     }
     return COMPONENT_OK;
 }
 
 /* The change of one output along a direction of the knowns; varied: of the pose with the geometry.
  * What the pose brings, what the crank's rates bring, and all else, in this order. */
-static double change_of(const Component *c, const Equation *equation, const double direction[],
+static double change_of(const Component *c, Equation equation, const double direction[],
                         LinkageVariation *varied) {
-    const Motion *now = c->shown;
     double by_phi = direction[VARIABLE_CRANK_PHI], by_pose = 0.0, by_crank = 0.0;
-    for (size_t i = 0; i < equation->count; ++i) {
-        const Product *p = &equation->products[i];
-        const double *variation = pose_variation(c, varied, p->pose, p->order);
+    for (size_t i = 0; i < equation.count; ++i) {
+        const Product *p = &equation.products[i];
+        const double *variation = pose_factor_variation(c, varied, p->pose, p->order);
         if (variation == NULL)
             continue;
         double change = by_phi * pose_factor(c, p->pose, p->order + 1) + *variation;
-        by_pose += p->factor * (motion_factor(now, p->motion, 0) * change);
-        if (motion_is_of_crank(p->motion))
-            by_crank +=
-                p->factor
-                * (pose_factor(c, p->pose, p->order) * motion_change(now, p->motion, direction));
+        by_pose += p->factor * (motion_factor(c, p->motion, 0) * change);
+        if (motion_factor_is_of_crank(p->motion))
+            by_crank += p->factor
+                        * (pose_factor(c, p->pose, p->order)
+                           * motion_factor_change(c, p->motion, direction));
     }
     double change = by_pose + by_crank;
-    for (size_t i = 0; i < equation->count; ++i) {
-        const Product *p = &equation->products[i];
-        if (!motion_is_of_crank(p->motion))
-            change +=
-                p->factor
-                * (pose_factor(c, p->pose, p->order) * motion_change(now, p->motion, direction));
+    for (size_t i = 0; i < equation.count; ++i) {
+        const Product *p = &equation.products[i];
+        if (!motion_factor_is_of_crank(p->motion))
+            change += p->factor
+                      * (pose_factor(c, p->pose, p->order)
+                         * motion_factor_change(c, p->motion, direction));
     }
     return change;
 }
@@ -177,36 +198,42 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
                                                      double sensitivity[]) {
     double direction[INTERFACE_COUNT + 1] = {0.0};
     LinkageVariation varied = {.angle = 0.0};
-    bool by_geometry;
-    int order;
-    ComponentStatus status =
-        check_derivative(c, unknown, unknown_count, known, known_count, seed, false, &by_geometry);
-    if (status == COMPONENT_OK)
-        status = solve_for(c, unknown, unknown_count, 1, &order);
+    bool by_parameters, with_masses;
+    int sweep;
+    ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
+                                              false, &by_parameters, &with_masses);
+    if (status == COMPONENT_OK) {
+        pose_prepare(c);
+        with_masses = with_masses || c->inertia.has_mass;
+        status = solve_for(c, unknown, unknown_count, 1, with_masses, &sweep);
+    }
     if (status != COMPONENT_OK)
         return status;
     for (size_t k = 0; k < known_count; ++k)
         direction[known[k]] += seed[k];
-    if (by_geometry && order >= 0) {
+    if (by_parameters && sweep >= 0) {
         LinkageGeometry geometry;
+        LinkageMasses masses;
         memcpy(&geometry, &direction[VARIABLE_GEOMETRY_L1], sizeof geometry);
-        linkage_vary(&c->linkage, &c->pose, c->shown->crank.end.phi, order, &geometry, &varied);
+        memcpy(&masses, &direction[VARIABLE_BODY_OA_M], sizeof masses);
+        linkage_vary(&c->linkage, with_masses ? &c->inertia.masses : NULL, &c->pose,
+                     c->shown->crank.end.phi, sweep, &geometry, &masses, &varied);
     }
     for (size_t i = 0; i < unknown_count; ++i)
-        sensitivity[i] = change_of(c, &equations[unknown[i]], direction, &varied);
+        sensitivity[i] = change_of(c, equation_of(unknown[i], with_masses), direction, &varied);
     return COMPONENT_OK;
 }
 
 /* Adds the weight of one output to those of what it is made of. */
-static void weigh(const Component *c, const Equation *equation, double weight,
-                  LinkageVariation *of_pose, double of_motion[MOTION_FACTOR_COUNT]) {
-    for (size_t i = 0; i < equation->count; ++i) {
-        const Product *p = &equation->products[i];
-        double *variation = pose_variation(c, of_pose, p->pose, p->order);
+static void weigh(const Component *c, Equation equation, double weight, LinkageVariation *of_pose,
+                  double of_motion[MOTION_FACTOR_COUNT]) {
+    for (size_t i = 0; i < equation.count; ++i) {
+        const Product *p = &equation.products[i];
+        double *variation = pose_factor_variation(c, of_pose, p->pose, p->order);
         double share = p->factor * weight;
         of_motion[p->motion] += share * pose_factor(c, p->pose, p->order);
         if (variation != NULL)
-            *variation += share * motion_factor(c->shown, p->motion, 0);
+            *variation += share * motion_factor(c, p->motion, 0);
     }
 }
 
@@ -216,24 +243,29 @@ ComponentStatus component_get_adjoint_derivative(Component *c, const uint32_t un
                                                  double sensitivity[]) {
     double of_motion[MOTION_FACTOR_COUNT] = {0.0}, gradient[INTERFACE_COUNT + 1] = {0.0};
     LinkageVariation of_pose = {.angle = 0.0};
-    bool by_geometry;
-    int order;
-    ComponentStatus status =
-        check_derivative(c, unknown, unknown_count, known, known_count, seed, true, &by_geometry);
-    if (status == COMPONENT_OK)
-        status = solve_for(c, unknown, unknown_count, 1, &order);
+    bool by_parameters, with_masses;
+    int sweep;
+    ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
+                                              true, &by_parameters, &with_masses);
+    if (status == COMPONENT_OK) {
+        pose_prepare(c);
+        with_masses = with_masses || c->inertia.has_mass;
+        status = solve_for(c, unknown, unknown_count, 1, with_masses, &sweep);
+    }
     if (status != COMPONENT_OK)
         return status;
     for (size_t i = 0; i < unknown_count; ++i)
-        weigh(c, &equations[unknown[i]], seed[i], &of_pose, of_motion);
-    motion_gradient(c->shown, of_motion, gradient);
-    if (order >= 0) {
-        gradient[VARIABLE_CRANK_PHI] = pose_gradient_by_phi(c, &of_pose, order);
-        if (by_geometry) {
+        weigh(c, equation_of(unknown[i], with_masses), seed[i], &of_pose, of_motion);
+    factors_gradient_by_motion(c, of_motion, gradient);
+    if (sweep >= 0) {
+        gradient[VARIABLE_CRANK_PHI] = factors_gradient_by_phi(c, &of_pose, sweep);
+        if (by_parameters) {
             LinkageGeometry geometry;
-            linkage_gradient(&c->linkage, &c->pose, c->shown->crank.end.phi, order, &of_pose,
-                             &geometry);
+            LinkageMasses masses = {.OA = {.m = 0.0}};
+            linkage_gradient(&c->linkage, with_masses ? &c->inertia.masses : NULL, &c->pose,
+                             c->shown->crank.end.phi, sweep, &of_pose, &geometry, &masses);
             memcpy(&gradient[VARIABLE_GEOMETRY_L1], &geometry, sizeof geometry);
+            memcpy(&gradient[VARIABLE_BODY_OA_M], &masses, sizeof masses);
         }
     }
     for (size_t k = 0; k < known_count; ++k)

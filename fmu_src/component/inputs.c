@@ -147,7 +147,8 @@ ComponentStatus component_set_real(Component *c, const uint32_t reference[], siz
         c->value[reference[i]] = value[i];
     if (follows_inputs(c)) {
         for (size_t i = 0; i < count; ++i)
-            if (variable_is_geometry(reference[i])) /* before the end of initialization */
+            if (variable_is_geometry(reference[i])
+                || variable_is_mass(reference[i])) /* before the end of initialization */
                 c->linkage_is_ready = 0;
         inputs_follow(c);
     }

@@ -3,7 +3,7 @@
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
-#include "../linkage/linkage.h"
+#include "../linkage/mass.h"
 
 #include "interface.h"
 #include "motion.h"
@@ -66,7 +66,9 @@ typedef struct {
 
     /* derived from these, and made again when needed */
     Linkage linkage;
+    LinkageInertia inertia;
     LinkagePose pose;
+    LinkageMassJets mass_jets;
     uint32_t linkage_is_ready;
     uint32_t fresh; /* the EVALUATION_ bits of what holds in `value` */
     /* the step refused last, and how many since one was done: no part of the state, so that

@@ -1,21 +1,44 @@
 #include "outputs.h"
 
+#include "factors.h"
+#include "locals.h"
 #include "pose.h"
 #include "variables.h"
 
+/* Equations have two kinds of products: those with masses in them, and the others (interface.toml).
+ */
+#define NOTHING(c, P, n, Q)
+
 /* A bit for each derivative of the pose that an equation needs. */
 #define NEED(c, P, n, Q) | (POSE_NEEDS_##P(n) < 0 ? 0 : 1 << (POSE_NEEDS_##P(n) & 7))
-#define NEEDS_OF_OUTPUT(NAME) EQUATION_##NAME(NEED)
+#define NEEDS_OF_OUTPUT(NAME) EQUATION_##NAME(NEED, NOTHING)
+#define NEEDS_OF_MASSES(NAME) EQUATION_##NAME(NOTHING, NEED)
 #define NEEDS_OF_GROUP(NAME) (0 INTERFACE_OUTPUTS_OF_##NAME(NEEDS_OF_OUTPUT))
+#define NEEDS_OF_GROUP_WITH_MASSES(NAME) (0 INTERFACE_OUTPUTS_OF_##NAME(NEEDS_OF_MASSES))
 #define GROUP_IF_POSE(NAME) | (NEEDS_OF_GROUP(NAME) > 0 ? EVALUATION_##NAME : 0)
 #define GROUP_IF_FIRST(NAME) | (NEEDS_OF_GROUP(NAME) >= 2 ? EVALUATION_##NAME : 0)
 #define GROUP_IF_SECOND(NAME) | (NEEDS_OF_GROUP(NAME) >= 4 ? EVALUATION_##NAME : 0)
+#define LOCAL_GROUP(NAME) | EVALUATION_##NAME
+#define GROUP_IF_MASSES(NAME) | (NEEDS_OF_GROUP_WITH_MASSES(NAME) > 0 ? EVALUATION_##NAME : 0)
+#define GROUP_IF_SECOND_OF_MASSES(NAME)                                                            \
+    | (NEEDS_OF_GROUP_WITH_MASSES(NAME) >= 4 ? EVALUATION_##NAME : 0)
 
-/* The groups that need the pose, and its first, second derivative by phi. */
+#define MASS_PRODUCT(c, P, n, Q) | 1
+#define MASS_PRODUCTS_OF(NAME) EQUATION_##NAME(NOTHING, MASS_PRODUCT)
+#define GROUP_HAS_MASSES(NAME) ((0 INTERFACE_OUTPUTS_OF_##NAME(MASS_PRODUCTS_OF)) > 0)
+#define GROUP_WITH_MASSES(NAME) | (GROUP_HAS_MASSES(NAME) ? EVALUATION_##NAME : 0)
+
+/* The groups that need the pose, and its first, second derivative by phi; and those that, where
+ * there is mass, need its jets, and these to the second order; those that masses are in at all; and
+ * those of locals. */
 enum {
     NEED_POSE = 0 INTERFACE_OUTPUT_GROUPS(GROUP_IF_POSE),
     NEED_FIRST = 0 INTERFACE_OUTPUT_GROUPS(GROUP_IF_FIRST),
     NEED_SECOND = 0 INTERFACE_OUTPUT_GROUPS(GROUP_IF_SECOND),
+    NEED_MASSES = 0 INTERFACE_OUTPUT_GROUPS(GROUP_IF_MASSES),
+    LOCALS = 0 INTERFACE_LOCAL_GROUPS(LOCAL_GROUP),
+    WITH_MASSES = 0 INTERFACE_OUTPUT_GROUPS(GROUP_WITH_MASSES),
+    NEED_SECOND_OF_MASSES = 0 INTERFACE_OUTPUT_GROUPS(GROUP_IF_SECOND_OF_MASSES),
 };
 
 static int order_for(uint32_t evaluations) {
@@ -24,13 +47,34 @@ static int order_for(uint32_t evaluations) {
     return evaluations & NEED_FIRST ? 1 : 0;
 }
 
+/* NOLINTBEGIN(bugprone-macro-parentheses): the terms of a sum */
 #define ADD(c, P, n, Q)                                                                            \
-    +(c) * (pose_factor(component, POSE_##P, n) * motion_factor(now, MOTION_##Q, 0))
-#define COMPUTE(NAME) value[VARIABLE_##NAME] = EQUATION_##NAME(ADD);
+    +(c) * (pose_factor(component, POSE_##P, n) * motion_factor(component, MOTION_##Q, 0))
+/* NOLINTEND(bugprone-macro-parentheses) */
+#define COMPUTE(NAME) value[VARIABLE_##NAME] = EQUATION_##NAME(ADD, NOTHING);
 #define COMPUTE_GROUP(NAME)                                                                        \
     if (evaluations & EVALUATION_##NAME) {                                                         \
         INTERFACE_OUTPUTS_OF_##NAME(COMPUTE)                                                       \
     }
+
+#define ADD_MASSES(NAME) value[VARIABLE_##NAME] += 0.0 EQUATION_##NAME(NOTHING, ADD);
+#define ADD_MASSES_OF_GROUP(NAME)                                                                  \
+    if (GROUP_HAS_MASSES(NAME) && evaluations & EVALUATION_##NAME) {                               \
+        INTERFACE_OUTPUTS_OF_##NAME(ADD_MASSES)                                                    \
+    }
+/* What the masses add, where there are any. */
+static COMPONENT_RARELY ComponentStatus add_masses(Component *component, uint32_t evaluations) {
+    if (evaluations & NEED_MASSES) {
+        int order = evaluations & NEED_SECOND_OF_MASSES ? 2 : 1;
+        ComponentStatus status = pose_solve(component, order);
+        if (status != COMPONENT_OK)
+            return status;
+        pose_solve_masses(component, order);
+    }
+    double *value = component->value;
+    INTERFACE_OUTPUT_GROUPS(ADD_MASSES_OF_GROUP)
+    return COMPONENT_OK;
+}
 
 ComponentStatus outputs_evaluate(Component *component, uint32_t evaluations) {
     int order = order_for(evaluations);
@@ -41,9 +85,18 @@ ComponentStatus outputs_evaluate(Component *component, uint32_t evaluations) {
         if (status != COMPONENT_OK)
             return status;
     }
-    const Motion *now = component->shown;
     double *value = component->value;
     INTERFACE_OUTPUT_GROUPS(COMPUTE_GROUP)
+    if (evaluations & WITH_MASSES && component->inertia.has_mass) {
+        ComponentStatus status = add_masses(component, evaluations);
+        if (status != COMPONENT_OK)
+            return status;
+    }
+    if (evaluations & LOCALS) {
+        ComponentStatus status = locals_evaluate(component, evaluations);
+        if (status != COMPONENT_OK)
+            return status;
+    }
     component->fresh |= evaluations;
     return COMPONENT_OK;
 }

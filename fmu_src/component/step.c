@@ -132,6 +132,7 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     }
     double open_by;
     LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &open_by);
+    c->mass_jets.order = -1;
     if (closure != LINKAGE_CLOSED)
         return refuse_step(c, time, step, phi, closure, open_by);
 

@@ -23,6 +23,11 @@ static inline bool variable_is_geometry(uint32_t reference) {
     return reference >= VARIABLE_GEOMETRY_L1 && reference <= VARIABLE_GEOMETRY_THETA9;
 }
 
+/* Of the masses, or gravity, which acts on nothing else. */
+static inline bool variable_is_mass(uint32_t reference) {
+    return reference >= VARIABLE_BODY_OA_M && reference <= VARIABLE_GRAVITY;
+}
+
 /* Whether a variable may have this value; only parameters have a range of their own. */
 INTERNAL bool component_accepts(uint32_t reference, double value);
 

@@ -92,7 +92,7 @@ def build_twin(output: Path) -> Path:
     interface = load_interface()
     twin = compiler.SOURCE_ROOT / "twin"
     slave = twin / "transplanter_linkage_twin.py"
-    parts = [twin / name for name in ("__init__.py", "linkage.py", "motion.py")]
+    parts = [twin / name for name in ("__init__.py", "dynamics.py", "linkage.py", "motion.py")]
     parts += [INTERFACE_FILE.with_suffix(".py"), INTERFACE_FILE]
     with tempfile.TemporaryDirectory() as folder:
         # in a process of its own, with the files as they will lie in the FMU

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from ..interface import Computed, Interface, InterfaceError, Parameter, Product, Variable
+from ..interface import Computed, Interface, InterfaceError, Parameter, Product, Unknown, Variable
 
 BANNER = "/* Generated from fmu_src/interface.toml by `linkage-fmu generate`: edit that file, not this one. */\n"
 
@@ -14,7 +14,7 @@ NOT_REAL_BIT = 15  # above the EVALUATION_ bits
 
 def header(interface: Interface) -> str:
     """interface.h: value references, kinds of access, what is computed together."""
-    evaluations = _evaluations(interface)
+    evaluations = _evaluations(interface.computed)
     if len(evaluations) > NOT_REAL_BIT:
         raise InterfaceError(f"interface.toml: more than {NOT_REAL_BIT} different group")
     return f"""{BANNER}#ifndef INTERFACE_H
@@ -55,12 +55,13 @@ enum {{
 
 /* The outputs, and derivatives of states, that are computed together, and these groups:
  * OUTPUT(name), GROUP(name). */
-{_lines(_group(interface, name) for name in evaluations)}
-#define INTERFACE_OUTPUT_GROUPS(GROUP) {" ".join(f"GROUP({name.upper()})" for name in evaluations)}
+{_lines(_group(interface, name) for name in _evaluations(interface.unknowns))}
+{_groups("OUTPUT", interface.unknowns)}
+{_groups("LOCAL", interface.of_kind("local"))}
 
 /* Their equations: sums of PRODUCT(coefficient, factor of the pose, how often it is differentiated by
- * phi, factor of the motion). */
-{_lines(_equation(v) for v in interface.computed)}
+ * phi, factor of the motion), and, where masses are in it, MASS(the same). */
+{_lines(_equation(v) for v in interface.unknowns)}
 
 /* Inputs and parameters are within +- this, so that no output can overflow. */
 #define INTERFACE_GREATEST_VALUE {interface.model.greatest_value!r}
@@ -101,15 +102,18 @@ def source(interface: Interface) -> str:
     """interface.c: the table of variables."""
     return f"""{BANNER}#include "interface.h"
 
-#include "../linkage/linkage.h"
+#include "../linkage/mass.h"
 
 #include <stddef.h>
 
-/* The geometry is read as one piece out of a list of values: its members stand in the order of
- * their value references, or an array here has a negative size. */
-{_lines(_in_place(symbol, place) for place, symbol in enumerate(interface.geometry))}
+/* Geometry and masses are read as one piece each out of a list of values: their members stand in the
+ * order of their value references, or an array here has a negative size. */
+{_lines(_in_place("LinkageGeometry", symbol, place) for place, symbol in enumerate(interface.geometry))}
+{_lines(_in_place("LinkageMasses", symbol, place) for place, symbol in enumerate(interface.masses))}
 typedef char geometry_is_complete
     [sizeof(LinkageGeometry) == {len(interface.geometry)} * sizeof(double) ? 1 : -1];
+typedef char masses_are_complete
+    [sizeof(LinkageMasses) == {len(interface.masses)} * sizeof(double) ? 1 : -1];
 
 INTERNAL const InterfaceVariable interface_variables[INTERFACE_COUNT + 1] = {{
     {{"(no variable)", 0.0, 0.0, 0.0, 0.0, -1, 0}},
@@ -132,9 +136,9 @@ INTERNAL const uint8_t interface_settable[INTERFACE_SETTABLE_COUNT] = {{
 """
 
 
-def _in_place(symbol: str, place: int) -> str:
-    offset = f"offsetof(LinkageGeometry, {symbol})"
-    return f"typedef char geometry_{symbol}_is_in_place\n    [{offset} == {place} * sizeof(double) ? 1 : -1];"
+def _in_place(struct: str, symbol: str, place: int) -> str:
+    offset = f"offsetof({struct}, {symbol})"
+    return f"typedef char {symbol.replace('.', '_')}_is_in_place\n    [{offset} == {place} * sizeof(double) ? 1 : -1];"
 
 
 def _row(interface: Interface, v: Variable) -> str:
@@ -167,24 +171,31 @@ def _settable(interface: Interface) -> list[Variable]:
 
 
 def _group(interface: Interface, name: str) -> str:
-    outputs = (f"OUTPUT({v.identifier.upper()})" for v in interface.computed if v.group == name)
+    outputs = (f"OUTPUT({v.identifier.upper()})" for v in interface.unknowns if v.group == name)
     return f"#define INTERFACE_OUTPUTS_OF_{name.upper()}(OUTPUT) {' '.join(outputs)}"
 
 
-def _equation(v: Computed) -> str:
-    return f"#define EQUATION_{v.identifier.upper()}(PRODUCT) {' '.join(map(_product, v.equation))}"
+def _equation(v: Unknown) -> str:
+    return f"#define EQUATION_{v.identifier.upper()}(PRODUCT, MASS) {' '.join(map(_product, v.equation))}"
 
 
 def _product(p: Product) -> str:
-    return f"PRODUCT({p.coefficient!r}, {_factor(p.pose)}, {p.order}, {_factor(p.motion)})"
+    return (
+        f"{'MASS' if p.has_masses else 'PRODUCT'}({p.coefficient!r}, {_factor(p.pose)}, {p.order}, {_factor(p.motion)})"
+    )
 
 
 def _factor(name: str) -> str:
     return re.sub(r"\W+", "_", name.replace("^2", "_squared")).upper() or "ONE"
 
 
-def _evaluations(interface: Interface) -> list[str]:
-    return list(dict.fromkeys(v.group for v in interface.computed))
+def _groups(what: str, variables: Sequence[Computed]) -> str:
+    groups = (f"GROUP({name.upper()})" for name in _evaluations(variables))
+    return f"#define INTERFACE_{what}_GROUPS(GROUP) {' '.join(groups)}"
+
+
+def _evaluations(variables: Sequence[Computed]) -> list[str]:
+    return list(dict.fromkeys(v.group for v in variables))
 
 
 def _lines(lines: Iterable[str]) -> str:

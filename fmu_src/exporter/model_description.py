@@ -8,7 +8,7 @@ from pathlib import Path
 import fmpy
 from lxml import etree
 
-from ..interface import Computed, Derivative, Interface, Output, Parameter, Unit, Variable
+from ..interface import Computed, Derivative, Interface, Output, Parameter, Unit, Unknown, Variable
 from .sources import source_name
 from .version import generation_tool, project_version
 
@@ -190,7 +190,7 @@ def _add_variable_fmi3(variables: etree._Element, interface: Interface, variable
     etree.SubElement(variables, {"real": "Float64", "boolean": "Boolean"}[variable.type], attributes)
 
 
-def _initially(variable: Computed) -> dict[str, str]:
+def _initially(variable: Unknown) -> dict[str, str]:
     parameters = variable.initially if isinstance(variable, Output) else ()
     return dict.fromkeys(parameters, "dependent") | variable.depends
 
@@ -199,30 +199,28 @@ def _add_structure_fmi2(structure: etree._Element, interface: Interface) -> None
     outputs, derivatives, initial_unknowns = (
         etree.SubElement(structure, name) for name in ("Outputs", "Derivatives", "InitialUnknowns")
     )
-    for variable in interface.computed:
+    for variable in interface.unknowns:
         _add_unknown_fmi2(outputs if variable.kind == "output" else derivatives, interface, variable, variable.depends)
         if not variable.is_state:
             _add_unknown_fmi2(initial_unknowns, interface, variable, _initially(variable))
 
 
-def _add_unknown_fmi2(
-    parent: etree._Element, interface: Interface, variable: Computed, depends: dict[str, str]
-) -> None:
+def _add_unknown_fmi2(parent: etree._Element, interface: Interface, variable: Unknown, depends: dict[str, str]) -> None:
     """The index of a variable is its value reference: both count from 1."""
     etree.SubElement(parent, "Unknown", {"index": str(variable.value_reference)} | _dependencies(interface, depends))
 
 
 def _add_structure_fmi3(structure: etree._Element, interface: Interface) -> None:
-    for variable in interface.computed:
+    for variable in interface.unknowns:
         element = "Output" if variable.kind == "output" else "ContinuousStateDerivative"
         _add_unknown_fmi3(structure, element, interface, variable, variable.depends)
-    for variable in interface.computed:
+    for variable in interface.unknowns:
         if not variable.is_state:
             _add_unknown_fmi3(structure, "InitialUnknown", interface, variable, _initially(variable))
 
 
 def _add_unknown_fmi3(
-    structure: etree._Element, element: str, interface: Interface, variable: Computed, depends: dict[str, str]
+    structure: etree._Element, element: str, interface: Interface, variable: Unknown, depends: dict[str, str]
 ) -> None:
     etree.SubElement(
         structure, element, {"valueReference": str(variable.value_reference)} | _dependencies(interface, depends)

@@ -22,8 +22,13 @@ SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons
 ROTATIONAL_FLANGE = "Modelica.Mechanics.Rotational.Interfaces.Flange_a"
 FLOWS = {"crank.tau": "inflow"}  # that add up to zero where terminals meet; components of plane forces do not
 TERMINALS = {  # name: (kind, icon, place of its middle in the icon's coordinates, description)
-    "crank": (ROTATIONAL_FLANGE, "flange", (-100, 60), "Drive: angle, velocity and acceleration in, torque out"),
-    "machine": (None, "point", (-100, -60), "Travel: forward speed in, distance out"),
+    "crank": (
+        ROTATIONAL_FLANGE,
+        "flange",
+        (-100, 60),
+        "Drive: angle, velocity and acceleration in; torque, inertia and bias out",
+    ),
+    "machine": (None, "point", (-100, -60), "Travel: forward speed in; distance, and force of the linkage out"),
     "tip": (None, "point", (100, 60), "Tip relative to the machine, and the force of the soil on it"),
     "ground": (None, "point", (100, -60), "Tip relative to the ground, for soil models"),
 }

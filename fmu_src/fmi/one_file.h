@@ -9,7 +9,11 @@
 
 #include "../linkage/linkage.c"
 
+#include "../linkage/mass.c"
+
 #include "../linkage/sensitivity.c"
+
+#include "../linkage/forces.c"
 
 #include "../component/message.c"
 
@@ -26,6 +30,10 @@
 #include "../component/pose.c"
 
 #include "../component/inputs.c"
+
+#include "../component/factors.c"
+
+#include "../component/locals.c"
 
 #include "../component/outputs.c"
 

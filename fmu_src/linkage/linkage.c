@@ -1,22 +1,13 @@
 #include "linkage.h"
 
 #include "direction.h"
+#include "turning.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
 static const double QUARTER_TURN = 1.57079632679489661923;
-
-/* The n-th derivative of a e(-phi) is (-i)^n a e(-phi). */
-static inline Vector clockwise_derivative(int n, Vector a) {
-    switch (n & 3) {
-    case 0: return a;
-    case 1: return (Vector){a.y, -a.x};
-    case 2: return (Vector){-a.x, -a.y};
-    default: return (Vector){-a.y, a.x};
-    }
-}
 
 /* ---- exact sums and products (Dekker 1971, doi:10.1007/BF01397083) --------------------- */
 
@@ -74,32 +65,6 @@ static double dyad_gap(const LinkageSides *sides, Vector base) {
     double length = hypot(base.x, base.y);
     double stretched = sqrt(sides->sum_squared), folded = sqrt(sides->difference_squared);
     return length >= 0.5 * (stretched + folded) ? length - stretched : length - folded;
-}
-
-/* A link z of rates rate[] has z^(n) = (known + i rate[n]) z; `known` follows from lower orders
- * (Faa di Bruno's formula for e(angle)). At order 1 it is zero, at order 2 real: n is constant
- * where these functions are inlined, so that nothing is spent on those zeros. */
-static inline Vector known_part(int n, const double *rate) {
-    double w = rate[1];
-    switch (n) {
-    case 1: return (Vector){0.0, 0.0};
-    case 2: return (Vector){-w * w, 0.0};
-    case 3: return (Vector){-3.0 * w * rate[2], -w * w * w};
-    default:
-        return (Vector){w * w * w * w - 4.0 * w * rate[3] - 3.0 * rate[2] * rate[2],
-                        -6.0 * w * w * rate[2]};
-    }
-}
-
-/* The n-th derivative of start + z, whose own one is `start_derivative`. The rate of order n, which
- * is known last, is added last. */
-static inline Vector derivative_beyond(int n, Vector start_derivative, const double *rate,
-                                       Vector z) {
-    Vector across = {-rate[n] * z.y, rate[n] * z.x}, known = known_part(n, rate);
-    if (n == 1)
-        return plus(start_derivative, across);
-    Vector rest = n == 2 ? scaled(known.x, z) : turned(known, z);
-    return plus(plus(start_derivative, rest), across);
 }
 
 /* The n-th derivative of base + second = first, times first and times second: a 2x2 system with
@@ -170,6 +135,8 @@ LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *po
     unsigned quarters;
     Vector along = direction_within_quarter(phi, &quarters), clockwise = {along.x, -along.y};
     pose->order = -1;
+    pose->clockwise = clockwise;
+    pose->quarters = (int)quarters;
     pose->crank_cd = turned(linkage->crank_cd[quarters], clockwise);
     pose->base_turning = turned(linkage->base_ad[quarters], clockwise);
 
@@ -227,6 +194,13 @@ void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order)
         differentiate_once(3, linkage, pose);
     if (there < 4 && order >= 4)
         differentiate_once(4, linkage, pose);
+}
+
+void linkage_complete_rates(const Linkage *linkage, LinkagePose *pose) {
+    if (pose->order < 1)
+        return;
+    solve_first_rate(pose->order, &linkage->abd, &pose->abd);
+    solve_second_rate(pose->order, &linkage->efg, &pose->efg);
 }
 
 Vector linkage_first_link(const LinkageDyad *dyad) {

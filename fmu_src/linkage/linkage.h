@@ -89,6 +89,8 @@ typedef struct {
     int order; /* highest derivative of tip that is there; -1: no pose */
     Vector tip[LINKAGE_MAX_ORDER + 1]; /* J - O and its derivatives by phi: m, m/rad, ... */
     Vector joint_e[LINKAGE_MAX_ORDER + 1]; /* E - C and its derivatives by phi */
+    Vector clockwise; /* e(-phi), but for the quarter turns in it */
+    int quarters;     /* 0 to 3 */
     Vector crank_cd, base_turning; /* the turning parts of D and of the base AD */
     Vector arm, nozzle; /* E - D and J - E */
     LinkageDyad abd, efg;
@@ -110,6 +112,9 @@ INTERNAL LinkageClosure linkage_place(const Linkage *linkage, double phi, Linkag
 /* Raises a solved pose to derivatives up to `order` (at most LINKAGE_MAX_ORDER); what is there
  * already is kept. */
 INTERNAL void linkage_differentiate(const Linkage *linkage, LinkagePose *pose, int order);
+
+/* The rates of AB and GF at the pose's own order, which nothing else needs. */
+INTERNAL void linkage_complete_rates(const Linkage *linkage, LinkagePose *pose);
 
 /* A dyad's links as vectors: from the start of the base to the joint, AB or EF; from its end, DB or
  * GF. The pose is solved; no derivative is needed. */

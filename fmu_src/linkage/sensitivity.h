@@ -11,6 +11,7 @@
 #define SENSITIVITY_H
 
 #include "linkage.h"
+#include "mass.h"
 
 enum { LINKAGE_MAX_VARIED_ORDER = 2 };
 
@@ -19,17 +20,27 @@ typedef struct {
     Vector tip[LINKAGE_MAX_VARIED_ORDER + 1]; /* tip[n]: of the n-th derivative of J by phi */
     double angle;                             /* of the direction of the nozzle's axis */
     double transmission_abd, transmission_efg; /* of linkage_transmission, order 0 */
+    double mass;                              /* of the total mass */
+    double inertia[LINKAGE_MAX_VARIED_ORDER]; /* of the jets of LinkageMassJets */
+    Vector moment[LINKAGE_MAX_VARIED_ORDER + 1];
 } LinkageVariation;
 
 /* The first-order change of a pose at crank angle phi, and of the derivatives of its tip up to
- * `order`, under a change of the geometry. The pose has derivatives up to order + 1. */
-INTERNAL void linkage_vary(const Linkage *linkage, const LinkagePose *pose, double phi, int order,
-                           const LinkageGeometry *change, LinkageVariation *variation);
+ * `order`, under a change of the geometry. The pose has derivatives up to order + 1.
+ *
+ * With masses, not NULL, also that of its mass jets, moment up to `order` and inertia up to
+ * order - 1, under a change of the masses besides (the one of the geometry alone where there are
+ * none: they stay 0). */
+INTERNAL void linkage_vary(const Linkage *linkage, const LinkageMasses *masses,
+                           const LinkagePose *pose, double phi, int order,
+                           const LinkageGeometry *change, const LinkageMasses *mass_change,
+                           LinkageVariation *variation);
 
-/* The transpose: the gradient by the geometry of the sum of all that `weight` names (tip[0] to
- * tip[order]), each times its weight. */
-INTERNAL void linkage_gradient(const Linkage *linkage, const LinkagePose *pose, double phi,
-                               int order, const LinkageVariation *weight,
-                               LinkageGeometry *gradient);
+/* The transpose: the gradient by the geometry and, with masses, by these of the sum of all that
+ * `weight` names (up to `order`), each times its weight. */
+INTERNAL void linkage_gradient(const Linkage *linkage, const LinkageMasses *masses,
+                               const LinkagePose *pose, double phi, int order,
+                               const LinkageVariation *weight, LinkageGeometry *gradient,
+                               LinkageMasses *mass_gradient);
 
 #endif

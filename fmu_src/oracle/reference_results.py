@@ -14,6 +14,7 @@ from mpmath import mp, mpf
 
 from fmu_src.exporter.reference import Definition, definitions, file_of
 from fmu_src.interface import Interface, load_interface
+from fmu_src.oracle.dynamics import Dynamics
 from fmu_src.oracle.oracle import Oracle
 
 DIGITS = 50
@@ -33,8 +34,8 @@ def inputs(of: Definition, t: mpf) -> dict[str, mpf]:
     }
 
 
-def outputs(of: Definition, t: mpf, oracle: Oracle) -> dict[str, mpf]:
-    """All outputs at this time."""
+def outputs(of: Definition, t: mpf, oracle: Oracle, dynamics: Dynamics) -> dict[str, mpf]:
+    """All outputs at this time, and the energies."""
     phi, w, a, v, fx, fy = inputs(of, t).values()
     (x, y), (dx, dy), (ddx, ddy) = oracle.tip(phi, 2)
     vx, vy, ax, ay, s = dx * w, dy * w, ddx * w**2 + dx * a, ddy * w**2 + dy * a, v * t
@@ -42,7 +43,8 @@ def outputs(of: Definition, t: mpf, oracle: Oracle) -> dict[str, mpf]:
         "tip.x": x, "tip.y": y, "tip.vx": vx, "tip.vy": vy, "tip.ax": ax, "tip.ay": ay,
         "tip.angle": oracle.nozzle_angle(phi, 0)[0],
         "ground.x": s + x, "ground.y": y, "ground.vx": v + vx, "ground.vy": vy, "ground.ax": ax, "ground.ay": ay,
-        "machine.s": s, "crank.tau": -(fx * dx + fy * dy), "assembly.margin": oracle.margin(phi, 0)[0],
+        "machine.s": s, "assembly.margin": oracle.margin(phi, 0)[0],
+        **dynamics.outputs(phi, w, a, (v, 0), (fx, fy)),
     }  # fmt: skip
 
 
@@ -50,10 +52,13 @@ def reference_files(interface: Interface) -> dict[Path, str]:
     """What the tables beside experiments.toml must contain."""
     files = {}
     for of in definitions(interface):
-        oracle = Oracle(interface.geometry | {name.partition(".")[2]: value for name, value in of.parameters.items()})
+        changed = {name.partition(".")[2]: value for name, value in of.parameters.items()}
+        oracle = Oracle({name: changed.get(name, value) for name, value in interface.geometry.items()})
+        masses = {name: changed.get(name, value) for name, value in interface.masses.items()}
+        dynamics = Dynamics(oracle, masses, interface.gravity)
         with mp.workdps(DIGITS):
             given = ({"time": t} | inputs(of, t) for t in map(mpf, of.input_times))
-            exact = ({"time": t} | outputs(of, t, oracle) for t in map(mpf, of.result_times))
+            exact = ({"time": t} | outputs(of, t, oracle, dynamics) for t in map(mpf, of.result_times))
             files[file_of(of, "in")] = table([v.name for v in interface.of_kind("input")], given)
             files[file_of(of, "ref")] = table([v.name for v in interface.of_kind("output")], exact)
     return files

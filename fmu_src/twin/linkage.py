@@ -86,12 +86,16 @@ class Solution:
                in (-3pi/2, pi/2], so that it does not jump in use
     margin     the smaller sine of the angles ABD and EFG: 0 at a dead point
     joints     the points "O" and "A" to "J", complex, m
+    points     the same with their derivatives, lists by order
+    phi        the crank angles
     """
 
     tip: tuple[np.ndarray, ...]
     angle: tuple[np.ndarray, ...]
     margin: np.ndarray
     joints: dict[str, Any]
+    points: dict[str, list[Any]]
+    phi: np.ndarray
 
     def velocity(self, crank_speed: float) -> np.ndarray:
         """(16): velocity of J, complex, m/s; crank_speed in rad/s in the working direction. Needs order 1."""
@@ -139,10 +143,11 @@ def solve(geometry: Geometry, phi: float | np.ndarray, order: int = 2) -> Soluti
     J = [I[n] + g.L9 / g.L6 * direction_IJ * EF[n] for n in orders]
     phi9 = np.angle(1j * direction_IJ * EF[0]) - np.pi / 2  # a factor i lays straight down on the axis x
 
-    O, B, F = [np.zeros_like(turned)], [D[0] + DB[0]], [G[0] + GF[0]]
+    O = [np.zeros_like(turned) for _ in orders]
+    B, F = [D[n] + DB[n] for n in orders], [G[n] + GF[n] for n in orders]
     points = {"O": O, "A": A, "B": B, "C": C, "D": D, "E": E, "F": F, "G": G, "H": H, "I": I, "J": J}
     joints = {name: point[0] for name, point in points.items()}
-    return Solution(tuple(J), (phi9, *EF_rates), np.minimum(margin_ABD, margin_EFG), joints)
+    return Solution(tuple(J), (phi9, *EF_rates), np.minimum(margin_ABD, margin_EFG), joints, points, phi)
 
 
 def _close(

@@ -10,14 +10,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 
 if TYPE_CHECKING or __package__:
-    from ..interface import Computed, Parameter, Variable, load_interface
+    from ..interface import Computed, Parameter, Unknown, Variable, load_interface
+    from . import dynamics
     from .linkage import Geometry, Solution, solve
     from .motion import Crank, CrankMotion, Travel
 else:  # inside the FMU
-    from transplanter_linkage_parts.interface import Computed, Parameter, Variable, load_interface
+    from transplanter_linkage_parts import dynamics
+    from transplanter_linkage_parts.interface import Computed, Parameter, Unknown, Variable, load_interface
     from transplanter_linkage_parts.linkage import Geometry, Solution, solve
     from transplanter_linkage_parts.motion import Crank, CrankMotion, Travel
 
@@ -132,7 +135,6 @@ class TransplanterLinkageTwin(Fmi2Slave):  # type: ignore[misc]  # PythonFMU has
         tip = solution.tip[0]
         velocity = solution.velocity(crank.w)
         acceleration = solution.acceleration(crank.w, crank.a)
-        fx, fy = self.force
         written_out = {
             "tip.x": tip.real,
             "tip.y": tip.imag,
@@ -149,26 +151,54 @@ class TransplanterLinkageTwin(Fmi2Slave):  # type: ignore[misc]  # PythonFMU has
             "ground.ay": acceleration.imag,
             "machine.s": travel.s,
             "der(machine.s)": travel.v,
-            "crank.tau": -(fx * solution.tip[1].real + fy * solution.tip[1].imag),
             "assembly.margin": solution.margin,
         }
-        rest = [variable for variable in INTERFACE.computed if variable.name not in written_out]
-        self.values |= written_out | self._by_equations(rest, solution)
+        moving = dynamics.move(self._geometry(), solution, dynamics.bodies_of(self.values))
+        rest = [variable for variable in INTERFACE.unknowns if variable.name not in written_out]
+        self.values |= written_out | self._by_equations(rest, solution, moving) | self._locals(solution, moving)
         self.is_fresh = True
 
-    def _by_equations(self, variables: list[Computed], solution: Solution) -> dict[str, float]:
+    def _by_equations(
+        self, variables: list[Unknown], solution: Solution, moving: dict[str, dynamics.MovingBody]
+    ) -> dict[str, float]:
         """What is not written out above, by the equations in interface.toml."""
+        moment = dynamics.moment(moving)
         pose = {
             "": (1.0,),
             "tip.x": tuple(tip.real for tip in solution.tip),
             "tip.y": tuple(tip.imag for tip in solution.tip),
             "tip.angle": solution.angle,
             "assembly.margin": (solution.margin,),
+            "linkage.mass": (sum(b.body.m for b in moving.values()),),
+            "linkage.inertia": tuple(dynamics.inertia(moving)),
+            "linkage.moment.x": tuple(np.real(moment)),
+            "linkage.moment.y": tuple(np.imag(moment)),
         }
         crank, travel = self.crank.end, self.travel
         motion = {"": 1.0, "crank.w": crank.w, "crank.w^2": crank.w**2, "crank.a": crank.a}
         motion |= {"machine.s": travel.s, "machine.v": travel.v, "machine.a": travel.a}
-        motion |= dict(zip(("tip.fx", "tip.fy"), self.force, strict=True))
+        motion |= dict(zip(("tip.fx", "tip.fy"), self.force, strict=True)) | {"gravity": self.values["gravity"]}
         return {
             v.name: sum(p.coefficient * pose[p.pose][p.order] * motion[p.motion] for p in v.equation) for v in variables
         }
+
+    def _locals(self, solution: Solution, moving: dict[str, dynamics.MovingBody]) -> dict[str, float]:
+        """What one looks at: points, energies, forces in the joints."""
+        crank, travel, gravity = self.crank.end, self.travel, self.values["gravity"]
+        mass = sum(b.body.m for b in moving.values())
+        S, S1 = dynamics.moment(moving)[:2]
+        values = {
+            "linkage.kinetic": dynamics.inertia(moving)[0] * crank.w**2 / 2
+            + crank.w * travel.v * S1.real
+            + mass * travel.v**2 / 2,
+            "linkage.potential": gravity * S.imag,
+        }
+        forces, values["crank.OA.tau"], values["crank.CD.tau"] = dynamics.joint_forces(
+            solution, moving, crank.w, crank.a, travel.a + 1j * gravity, complex(*self.force)
+        )
+        for name, force in forces.items():
+            values |= {f"joint.{name}.fx": force.real, f"joint.{name}.fy": force.imag}
+        for name, point in solution.joints.items():
+            if name != "O":
+                values |= {f"joint.{name}.x": point.real, f"joint.{name}.y": point.imag}
+        return values

@@ -85,9 +85,9 @@ def other_units(fmu: Subject, ours: Interface) -> Iterator[str]:
 def other_dependencies(fmu: Subject, ours: Interface) -> Iterator[str]:
     """Dependencies and their kinds that are others than interface.toml's."""
     structure = fmu.description
-    wanted = {variable.name: variable.depends for variable in ours.computed}
+    wanted = {variable.name: variable.depends for variable in ours.unknowns}
     first = {}
-    for variable in ours.computed:
+    for variable in ours.unknowns:
         if not variable.is_state:
             parameters = variable.initially if isinstance(variable, Output) else ()
             first[variable.name] = dict.fromkeys(parameters, "dependent") | variable.depends

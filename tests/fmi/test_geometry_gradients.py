@@ -24,7 +24,7 @@ NAMES = list(INTERFACE.geometry)
 PARAMETERS = [f"geometry.{name}" for name in NAMES]
 INPUTS = [v.name for v in INTERFACE.of_kind("input")]
 KNOWNS = [*INPUTS, "machine.s", *PARAMETERS]
-UNKNOWNS = [v.name for v in INTERFACE.computed]
+UNKNOWNS = [v.name for v in INTERFACE.unknowns]
 POINTS = [
     {"crank.phi": 0.7, "crank.w": 6.8, "crank.a": -12.0, "machine.v": 0.43, "tip.fx": 15.0, "tip.fy": -80.0},
     {"crank.phi": 3.5, "crank.w": -3.0, "crank.a": 40.0, "machine.v": -0.2, "tip.fx": -35.0, "tip.fy": 60.0},

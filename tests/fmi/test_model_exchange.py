@@ -21,7 +21,7 @@ from tests.harness.life import OPEN, OPEN_ANGLE
 pytestmark = BOTH_VERSIONS
 
 INPUTS = {"crank.phi": 1.3, "crank.w": 5.0, "crank.a": -20.0, "machine.v": 0.4, "tip.fx": 20.0, "tip.fy": -70.0}
-COMPUTED = [variable.name for variable in load_interface().computed]
+COMPUTED = [variable.name for variable in load_interface().unknowns]
 FMI3 = {"fmi2GetDerivatives": "fmi3GetContinuousStateDerivatives"}  # all others have the same name
 
 
