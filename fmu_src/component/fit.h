@@ -91,12 +91,6 @@ static inline bool fit_is_proven(const Fit *fit, double ahead, int degree) {
     return fit->count > degree + 1 && fit->useless == 0 && fit_reaches(fit, ahead);
 }
 
-/* Where it ends `ahead`, above the newest sample. */
-static inline double fit_change(const Fit *fit, double ahead) {
-    const double *c = fit->coefficient;
-    return c[0] + ahead * (c[1] + ahead * (c[2] + ahead * c[3]));
-}
-
 /* What a sample tells of the fit that expected it `off`. Of noise, the second useless one tells the
  * most that its change shows: little after a jump. */
 static inline void fit_try(Fit *fit, double off, double change) {

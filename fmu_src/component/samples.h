@@ -21,10 +21,8 @@
 typedef struct {
     double gap[3];
     double per_span[3];
-    int64_t are_equal; /* the gaps, as under a constant step: nothing changes then */
-    /* Where samples within the newest gap were left out: the time since the newest of them (else
-     * 0), and by how much it lay above the one before the gap. */
-    double skipped_gap, skipped_rise;
+    int64_t are_equal;  /* the gaps, as under a constant step: nothing changes then */
+    int64_t are_merged; /* samples within the newest gap were left out */
 } SampleTimes;
 
 /* Divided differences of order 1, 2 and 3 at the newest of `count` samples; those for which
@@ -76,10 +74,8 @@ static inline void sample_times_add(SampleTimes *times, double gap) {
     times->per_span[1] = 1.0 / second;
     times->per_span[2] = 1.0 / third;
     times->are_equal = gap == times->gap[1] && gap == times->gap[2];
-    times->skipped_gap = times->skipped_rise = 0.0;
+    times->are_merged = 0;
 }
-
-static inline bool are_merged(const SampleTimes *times) { return times->skipped_gap > 0.0; }
 
 /* Forgets all but one first sample. */
 static inline void samples_start(Samples *samples, double value) {
@@ -134,19 +130,11 @@ static inline bool slope_jumped(double slope_before, double expected, double cha
  * as where steps grow, it is believed as far as the slopes bear it out. */
 static const double FARTHEST_CHANGE = 1.67; /* of the largest change between samples */
 static const double FARTHEST_OF_A_LINE = 3.0; /* likewise, of an acceleration */
-static const double GREATEST_SLOPE = 3.0; /* of the larger of the last two slopes of a smooth
-                                           * signal; 1 + r at the vertex of a parabola, the next
-                                           * step r times as long */
-static const double GREATEST_OF_MEAN = 4.0; /* of the mean of the two, for gaps that differ: after
-                                             * slopes of 0 and 1 of a parabola comes 2 */
+static const double GREATEST_SLOPE = 3.0; /* of the largest slope of a smooth signal; 1 + r at the
+                                           * vertex of a parabola, the next step r times as long */
 static const double GREATEST_UNPROVEN = 1.5; /* of the smaller of the last two slopes, elsewhere */
-static const double GREATEST_OF_A_RATE = 2.0; /* of the largest speed or acceleration: from -0.5
-                                               * over 0.5 to 1.5; more than that moves the angle
-                                               * farther than holding it ever missed by */
 /* Differences within this many units in the last place of the values are their rounding. */
 static const double ROUNDING = 16 * DBL_EPSILON;
-/* Steps this many times as long as the gap before them, and more, make it worth a look. */
-static const double LONG_STEP = 2.0;
 
 /* Newton's form of the polynomial at the newest sample; one, two: seconds to the samples before. */
 typedef struct {
@@ -158,91 +146,47 @@ static inline double polynomial_change(const Polynomial *p, double h) {
     return h * (p->first + (h + p->one) * (p->second + (h + p->two) * p->third));
 }
 
-/* Less the differences that are rounding; three: seconds to the third sample before. */
-static COMPONENT_RARELY Polynomial polynomial_without_rounding(Polynomial p, const Samples *samples,
-                                                               double three) {
-    double rounding = ROUNDING * fabs(samples->newest);
-    if (fabs(p.first * p.one) <= rounding)
-        p.first = 0.0;
-    if (fabs(p.second * p.one * p.two) <= rounding) {
-        p.second = 0.0;
-        if (fabs(p.third * p.one * p.two * three) <= 4 * rounding)
-            p.third = 0.0;
-    }
-    return p;
-}
-
-/* How steep a smooth signal may become, with the magnitudes of its last two slopes. */
-static inline double smooth_slope(const SampleTimes *times, double newest, double before) {
-    double way = newest * times->gap[0] + before * times->gap[1];
-    double mean = way / (times->gap[0] + times->gap[1]);
-    return fmin(GREATEST_SLOPE * fmax(newest, before), GREATEST_OF_MEAN * mean);
-}
-
-/* The slope of a signal that is not known to be smooth: the smaller of the last two, and no more
- * than that since the newest sample that was left out, but for rounding. */
-static inline double proven_slope(const Samples *samples, const SampleTimes *times, double newest,
-                                  double before) {
-    double slope = fabs(smaller_slope(newest, before));
-    if (are_merged(times)) {
-        double rise = samples->first * times->gap[0] - times->skipped_rise;
-        double forward = newest < 0.0 ? -rise : rise;
-        double most = fmax(0.0, forward + ROUNDING * fabs(samples->newest)) / times->skipped_gap;
-        slope = fmin(slope, most);
-    }
-    return slope;
-}
-
-/* How far a prediction is believed to go that carries slopes on over `reach` seconds. */
+/* How far a prediction over h seconds is believed to go. */
 static inline double farthest_change(const Samples *samples, const Samples *older,
                                      const SampleTimes *times, int degree, bool is_smooth,
-                                     double reach) {
-    bool has_reserve = are_merged(times) && older->count > degree; /* see samples_drop */
+                                     double h) {
+    bool has_reserve = times->are_merged && older->count > degree; /* see samples_drop */
     int64_t count = has_reserve ? degree : older->count;
     double slope[3] = {samples->first, count >= 2 ? older->first : 0.0,
                        count >= 3 ? older->first - older->second * (times->gap[1] + times->gap[2])
                                   : 0.0};
-    double believed = is_smooth
-                          ? smooth_slope(times, fabs(slope[0]), fabs(slope[1]))
-                          : GREATEST_UNPROVEN * proven_slope(samples, times, slope[0], slope[1]);
-    double change = 0.0;
-    if (degree == 3 || !are_merged(times)) /* a jump of the speed is no angle that was missed by */
-        for (int i = 0; i < 3; ++i)
-            change = fmax(change, fabs(slope[i] * times->gap[i]));
-    double farthest =
-        fmax((degree > 1 ? FARTHEST_CHANGE : FARTHEST_OF_A_LINE) * change, believed * reach);
-    if (degree == 3)
-        return farthest;
-    double before = samples->newest - slope[0] * times->gap[0];
-    double first = before - slope[1] * times->gap[1];
-    return fmin(farthest,
-                GREATEST_OF_A_RATE * fmax(fabs(samples->newest), fmax(fabs(before), fabs(first))));
+    double change = 0.0, steepest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        change = fmax(change, fabs(slope[i] * times->gap[i]));
+        steepest = fmax(steepest, fabs(slope[i]));
+    }
+    double believed = is_smooth ? GREATEST_SLOPE * steepest
+                                : GREATEST_UNPROVEN * fmin(fabs(slope[0]), fabs(slope[1]));
+    return fmax((degree > 1 ? FARTHEST_CHANGE : FARTHEST_OF_A_LINE) * change,
+                believed * fmin(h, MOST_GROWTH * times->gap[0]));
 }
 
 /* Lowers the degree until the change over h seconds is believed, and unproven terms do not outweigh
  * the slope; at last, the smaller of the last two slopes goes on, and a single one not much farther
  * than it has come. */
-static COMPONENT_RARELY Polynomial polynomial_restrain(Polynomial p, const Samples *samples,
-                                                       const Samples *older,
-                                                       const SampleTimes *times, int degree,
-                                                       bool is_smooth, double h) {
-    double reach = fmin(h, MOST_GROWTH * times->gap[0]);
-    double farthest = farthest_change(samples, older, times, degree, is_smooth, reach);
-    double most = is_smooth ? HUGE_VAL : fabs(p.first);
-    bool third_is_small = fabs(p.third * (h + p.one) * (h + p.two)) <= most;
-    bool second_is_small = fabs(p.second * (h + p.one)) <= most;
-    if (third_is_small && second_is_small && fabs(polynomial_change(&p, h)) <= farthest)
-        return p;
-    p.third = 0.0;
-    if (second_is_small && fabs(polynomial_change(&p, h)) <= farthest)
-        return p;
-    p.second = 0.0;
-    if (fabs(p.first * h) <= farthest)
-        return p;
+static COMPONENT_RARELY void polynomial_restrain(Polynomial *p, const Samples *samples,
+                                                 const Samples *older, const SampleTimes *times,
+                                                 int degree, bool is_smooth, double h) {
+    double farthest = farthest_change(samples, older, times, degree, is_smooth, h);
+    double most = is_smooth ? HUGE_VAL : fabs(p->first);
+    bool third_is_small = fabs(p->third * (h + p->one) * (h + p->two)) <= most;
+    bool second_is_small = fabs(p->second * (h + p->one)) <= most;
+    if (third_is_small && second_is_small && fabs(polynomial_change(p, h)) <= farthest)
+        return;
+    p->third = 0.0;
+    if (second_is_small && fabs(polynomial_change(p, h)) <= farthest)
+        return;
+    p->second = 0.0;
+    if (fabs(p->first * h) <= farthest)
+        return;
     if (older->count >= 2)
-        p.first = smaller_slope(samples->first, older->first);
-    p.first = fmax(-farthest, fmin(farthest, p.first * h)) / h;
-    return p;
+        p->first = smaller_slope(samples->first, older->first);
+    p->first = fmax(-farthest, fmin(farthest, p->first * h)) / h;
 }
 
 /* The time derivatives at the newest sample of the polynomial of degree 1 to 3 that continues the
@@ -252,12 +196,9 @@ static COMPONENT_RARELY Polynomial polynomial_restrain(Polynomial p, const Sampl
 static inline Derivatives samples_derivatives(const Samples *samples, const Samples *older,
                                               const SampleTimes *times, int degree, double h) {
     double one = times->gap[0], two = one + times->gap[1];
-    if (degree == 1 && h <= FARTHEST_OF_A_LINE * one) /* a step as long as others: as it is */
-        return (Derivatives){samples->first, 0.0, 0.0};
-    Polynomial p = {samples->first, degree >= 2 ? samples->second : 0.0,
-                    degree >= 3 ? samples->third : 0.0, one, two};
-    double change = p.first * one;
-    bool is_smooth = degree > 1 && older->count > degree && !are_merged(times);
+    Polynomial p = {samples->first, samples->second, samples->third, one, two};
+    double change = p.first * one, rounding = ROUNDING * fabs(samples->newest);
+    bool is_smooth = degree > 1 && older->count > degree && !times->are_merged;
     if (degree > 1 && older->count > degree) {
         bool is_cubic = degree == 3;
         double *slope = is_cubic ? &p.second : &p.first, *higher = is_cubic ? &p.third : &p.second;
@@ -269,11 +210,16 @@ static inline Derivatives samples_derivatives(const Samples *samples, const Samp
             is_smooth = false;
         }
     }
-    if (h > LONG_STEP * one)
-        p = polynomial_without_rounding(p, samples, two + times->gap[2]);
+    if (fabs(change) <= rounding)
+        p.first = 0.0;
+    if (fabs(p.second * one * two) <= rounding) {
+        p.second = 0.0;
+        if (fabs(p.third * one * two * (two + times->gap[2])) <= 4 * rounding)
+            p.third = 0.0;
+    }
     double farthest = degree > 1 ? FARTHEST_CHANGE : FARTHEST_OF_A_LINE;
     if (!(fabs(polynomial_change(&p, h)) <= farthest * fabs(change)))
-        p = polynomial_restrain(p, samples, older, times, degree, is_smooth, h);
+        polynomial_restrain(&p, samples, older, times, degree, is_smooth, h);
     /* first s + second s (s + one) + third s (s + one) (s + two), s = 0 at the newest sample */
     return (Derivatives){
         p.first + one * (p.second + two * p.third),

@@ -19,15 +19,12 @@ import numpy as np
 TURN = 2 * pi
 JUMP = pi / 2  # off what was expected, whole turns aside
 MOST_GROWTH = 20.0  # of a step: a slope is carried on over at most this many times the gap it was seen over
-# How far a prediction may go: as a share of the largest change between samples; of the last two slopes of a smooth
-# signal, and their mean; of the smaller of the two of any other; of the largest speed or acceleration. See
-# fmu_src/component/samples.h.
+# How far a prediction may go: as a share of the largest change between samples; of the largest slope of a smooth
+# signal; of the smaller of the last two slopes of any other. See fmu_src/component/samples.h.
 FARTHEST_CHANGE = {"phi": 1.67, "w": 1.67, "a": 3.0}
-GREATEST_SLOPE, GREATEST_OF_MEAN, GREATEST_UNPROVEN, GREATEST_OF_A_RATE = 3.0, 4.0, 1.5, 2.0
+GREATEST_SLOPE, GREATEST_UNPROVEN = 3.0, 1.5
 ROUNDING = 16 * 2.0**-52  # of a value
 EVIDENCE = 0.02  # rad, that one sample may give against crank.w
-OUTLIER = 8.0  # times what others did of late, that a sample lies off and is no noise
-AGREEMENTS = 2  # in a row, until a crank.w that was ignored is believed again
 
 
 @dataclass(frozen=True)
@@ -67,10 +64,7 @@ class Samples:
     values: tuple[float, ...] = ()
     # Where one was taken away from a full history, its highest difference: how slopes were expected to change.
     reserve: float | None = None
-    # Where samples right before the newest one were left out: seconds since the newest of them (else 0), and by how
-    # much it lay above the one that is left.
-    skipped_gap: float = 0.0
-    skipped_rise: float = 0.0
+    are_merged: bool = False  # samples right before the newest one were left out
 
     DEGREES: ClassVar[dict[str, int]] = {"phi": 3, "w": 2, "a": 1}
 
@@ -87,18 +81,17 @@ class Samples:
         """With `value`, given `gap` seconds after the newest one; `shift` is added to the older values."""
         ages = (0.0, *(age + gap for age in self.ages))[: self.degree + 1]
         values = (value, *(old + shift for old in self.values))[: self.degree + 1]
-        return Samples(self.source, ages, values, None, self.skipped_gap, self.skipped_rise)
+        return Samples(self.source, ages, values, None, self.are_merged)
 
     def without_close(self, gap: float, h: float) -> tuple[Samples, float]:
         """Less those that lie close to a sample `gap` later, for a step of h; the gap to the newest one left."""
-        left, since_newest = replace(self, skipped_gap=0.0, skipped_rise=0.0), gap
+        left = replace(self, are_merged=MOST_GROWTH * gap < h)
         while MOST_GROWTH * gap < h and left.ages:
             is_full = len(left.ages) > left.degree
             gap += left.ages[1] if len(left.ages) > 1 else 0.0
             ages = tuple(age - left.ages[1] for age in left.ages[1:])
             reserve = left.differences()[left.degree - 1] if is_full else None
-            rise = self.values[0] - left.values[1] if len(left.values) > 1 else 0.0
-            left = Samples(self.source, ages, left.values[1:], reserve, since_newest, rise)
+            left = replace(left, ages=ages, values=left.values[1:], reserve=reserve)
         return left, gap
 
     def changes(self) -> list[float]:
@@ -137,53 +130,37 @@ class Samples:
                 newton[slope] = smaller(newton[slope], before[slope])
                 newton[higher] = 0.0
                 is_smooth = False
-        changes = self.changes()[:1]
-        rounding = ROUNDING * abs(self.values[0]) if h > 2 * one else -1.0  # in a step as long as others it is small
+        slopes = (self.slopes()[:1] + older.slopes())[:3]
+        changes = (self.changes()[:1] + older.changes())[:3]
+        rounding = ROUNDING * abs(self.values[0])
         if changes and abs(changes[0]) <= rounding:
             newton[0] = 0.0
         if abs(newton[1] * one * two) <= rounding:
             newton[1] = 0.0
             if abs(newton[2] * one * two * three) <= 4 * rounding:
                 newton[2] = 0.0
-        self._restrain(newton, older, is_smooth and not self.skipped_gap, h)
+        self._restrain(newton, slopes, changes, is_smooth and not self.are_merged, h)
         first, second, third = newton
         return first + one * (second + two * third), 2 * (second + (one + two) * third), 6 * third
 
-    def farthest(self, older: Samples, is_smooth: bool, reach: float) -> float:
-        """How far a prediction is believed to go that carries slopes on over `reach` seconds; `older` are the samples
-        without the newest one.
-        """
-        slopes = (*self.slopes()[:1], *older.slopes(), 0.0, 0.0)[:3]
-        changes = (self.changes()[:1] + older.changes())[:3]
-        one, before_one = (*self.ages, 0.0)[1], (*older.ages, 0.0, 0.0)[1]
-        newest, before = map(abs, slopes[:2])
-        if is_smooth:
-            mean = (newest * one + before * before_one) / ((one + before_one) or 1.0)
-            believed = min(GREATEST_SLOPE * max(newest, before), GREATEST_OF_MEAN * mean)
-        else:
-            proven = abs(smaller(*slopes[:2]))
-            if self.skipped_gap:  # and no more than since the newest of those that were left out
-                rise = changes[0] - self.skipped_rise
-                forward = -rise if slopes[0] < 0 else rise
-                proven = min(proven, max(0.0, forward + ROUNDING * abs(self.values[0])) / self.skipped_gap)
-            believed = GREATEST_UNPROVEN * proven
-        is_angle = self.source == "phi"
-        change = max(map(abs, changes), default=0.0) if is_angle or not self.skipped_gap else 0.0
-        farthest = max(FARTHEST_CHANGE[self.source] * change, believed * reach)
-        rates = map(abs, (self.values[0], *older.values[:2]))
-        return farthest if is_angle else min(farthest, GREATEST_OF_A_RATE * max(rates))
-
-    def _restrain(self, newton: list[float], older: Samples, is_smooth: bool, h: float) -> None:
+    def _restrain(
+        self, newton: list[float], slopes: list[float], changes: list[float], is_smooth: bool, h: float
+    ) -> None:
         """Lower the degree until the polynomial goes no farther in h seconds than is believed."""
         one, two = (*self.ages, 0.0, 0.0)[1:3]
-        slopes = (self.slopes()[:1] + older.slopes())[:2]
 
         def change() -> float:
             return abs(h * (newton[0] + (h + one) * (newton[1] + (h + two) * newton[2])))
 
-        if not slopes or change() <= FARTHEST_CHANGE[self.source] * abs(self.changes()[0]):
+        share = FARTHEST_CHANGE[self.source]
+        if not changes or change() <= share * abs(changes[0]):
             return
-        farthest = self.farthest(older, is_smooth, min(h, MOST_GROWTH * one))
+        steepest = [abs(slope) for slope in slopes]
+        if is_smooth:
+            believed = GREATEST_SLOPE * max(steepest)
+        else:
+            believed = GREATEST_UNPROVEN * min(steepest[:2]) if len(steepest) > 1 else 0.0
+        farthest = max(share * max(map(abs, changes)), believed * min(h, MOST_GROWTH * one))
         weight = [abs(newton[0]), abs(newton[1] * (h + one)), abs(newton[2] * (h + one) * (h + two))]
         second_is_small, third_is_small = (is_smooth or weight[n] <= weight[0] for n in (1, 2))
         if third_is_small and second_is_small and change() <= farthest:
@@ -227,7 +204,7 @@ class Fit:
             at, v, a, jerk = self.polynomial(degree)
             off = abs(value - (at + gap * (v + gap / 2 * (a + gap / 3 * jerk)) + shift))
             change = abs(value - self.values[0] - shift)
-            is_useless = off > OUTLIER * noise and off > change / 2
+            is_useless = off > 8 * noise and off > change / 2
             useless = useless + 1 if is_useless else 0
             if useless != 1:
                 noise += (min(off, change if is_useless else off) - noise) / 16
@@ -270,7 +247,7 @@ class Doubt:
 
     missed: float = 0.0  # by how much the angle moved beyond what the speeds say
     moved: float = 0.0  # how far either of them moved
-    is_ignored: int = 0  # crank.w is not believed: how often the two must agree until it is
+    is_ignored: bool = False  # crank.w is not believed
 
     def after(self, change: float, told: float, greatest: float) -> Doubt:
         if not self.is_ignored and self.moved == 0 and abs(change - told) <= abs(change) / 4:
@@ -279,11 +256,10 @@ class Doubt:
         moved = self.moved + min(EVIDENCE, greatest)
         if self.is_ignored:
             if moved > 4 * EVIDENCE and abs(missed) < 0.23 * moved:
-                return Doubt(is_ignored=self.is_ignored - 1)
-            is_over = moved > 8 * EVIDENCE
-            return Doubt(is_ignored=AGREEMENTS) if is_over else Doubt(missed, moved, self.is_ignored)
+                return Doubt()
+            return Doubt(is_ignored=True) if moved > 8 * EVIDENCE else Doubt(missed, moved, True)
         if abs(missed) > 1.5 * EVIDENCE and abs(missed) > 0.55 * moved:
-            return Doubt(is_ignored=AGREEMENTS)
+            return Doubt(is_ignored=True)
         return Doubt() if moved > 8 * EVIDENCE else Doubt(missed, moved)
 
 
@@ -367,7 +343,7 @@ class Crank:
                 count = len(older.ages) if older.are_flat() and is_from_rest else 0
                 count = min(count, Samples.DEGREES[source] + 1)
                 zeros = (0.0,) * count
-                older = Samples(source, older.ages[:count], zeros, None, older.skipped_gap)
+                older = Samples(source, older.ages[:count], zeros, None, older.are_merged)
                 fit = replace(fit, values=(0.0,) * len(fit.ages)) if zeros else Fit()
         values = {"phi": phi, "w": w, "a": a}
         shift = shift if source == "phi" else 0.0
@@ -376,12 +352,8 @@ class Crank:
         trend: Sequence[float] = (values[source], *samples.derivatives(older, 0.0 if at_step_end else h))
         if smoothing:
             fit = fit.add(values[source], gap, shift, smoothing, samples.degree)
-            ahead = 0.0 if at_step_end else h
-            if fit.is_proven(ahead) and not is_contradicted:
-                fitted = fit.polynomial(samples.degree)
-                goes = abs(CrankMotion(*fitted).after(ahead).phi - values[source])
-                if goes <= samples.farthest(older, is_smooth=True, reach=ahead) + OUTLIER * fit.noise:
-                    trend = fitted
+            if fit.is_proven(0.0 if at_step_end else h) and not is_contradicted:
+                trend = fit.polynomial(samples.degree)
         motion = {
             "phi": CrankMotion(trend[0], trend[1], a or trend[2], trend[3]),
             "w": CrankMotion(phi, *trend[:3]),
