@@ -14,7 +14,7 @@
 #define INTERFACE_MODEL_IDENTIFIER "TransplanterLinkage"
 
 /* Hash of the interface; modelDescription.xml carries the same. */
-#define INTERFACE_TOKEN "{e538b2c1-9a5e-a619-5d7f-1e790e69dd4d}"
+#define INTERFACE_TOKEN "{9feda015-8dae-75c4-50f0-554651f1a70a}"
 
 /* Names of the categories under which messages are logged. */
 #define INTERFACE_LOG_CATEGORIES                                                                   \

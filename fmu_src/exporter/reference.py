@@ -122,10 +122,10 @@ def _add_experiment(experiments: etree._Element, interface: Interface, of: Defin
 
 
 def parameter_set(interface: Interface, name: str, changed: dict[str, float]) -> bytes:
-    """The geometry as SSV: the nominal set but for what is `changed`."""
+    """The geometry as SSV, the nominal set but for what is `changed`, and the masses that are."""
     root = etree.Element(f"{{{SSV}}}ParameterSet", nsmap={"ssv": SSV, "ssc": SSC}, version="1.0", name=name)
     parameters = etree.SubElement(root, f"{{{SSV}}}Parameters")
-    geometry = [variable for variable in interface.of_kind("parameter") if variable.name.startswith("geometry.")]
+    geometry = [v for v in interface.of_kind("parameter") if v.name.startswith("geometry.") or v.name in changed]
     used: dict[str, Unit] = {}
     for variable in geometry:
         if variable.unit is None:
