@@ -95,7 +95,8 @@ def spacing_tables(fmu_file, tmp_path_factory):
     shown = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reports, "show_table", lambda _console, *table, **options: shown.append((table, options)))
-        spacing.scene(Namespace(fmu=fmu_file, output=tmp_path_factory.mktemp("spacing")), Console(file=io.StringIO()))
+        options = Namespace(fmu=fmu_file, output=tmp_path_factory.mktemp("spacing"), variants=[])
+        spacing.scene(options, Console(file=io.StringIO()))
     return shown
 
 

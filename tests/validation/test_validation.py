@@ -118,7 +118,7 @@ def test_the_twin(checked):
     version 0.7.0 keeps every instance; that is told under memory.)
     """
     results = checked(TWIN, tuple({*NAMES} - {"memory"}))
-    said = warned(results, "symbols", "libraries", "glibc", "token (CS)")
+    said = warned(results, "symbols", "libraries", "glibc", "token (CS)", "dependencies (CS)")
     assert "PySlaveInstance" in said and "python3.dll" in said and "glibc 2.32" in said and "any token" in said
     assert results["kinematics (CS)"].outcome == PASSED
 
