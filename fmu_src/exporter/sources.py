@@ -29,19 +29,25 @@ def source_name(interface: Interface) -> str:
 def source_content(interface: Interface, version: int) -> dict[str, bytes]:
     """The files in the archive, by name. version: 2 or 3, FMI 2.0 or 3.0."""
     main = f"fmi/fmi{version}_fmu.c"
-    content = {source_name(interface): _entry(interface, version, main).encode()} | _with_included(main)
+    included = _with_included(main, of_another=f"fmi/fmi{5 - version}_")
+    content = {source_name(interface): _entry(interface, version, main).encode()} | included
     if version == 3:
         content["buildDescription.xml"] = _build_description(interface)
     return {f"sources/{name}": data for name, data in content.items()}
 
 
-def _with_included(main: str) -> dict[str, bytes]:
-    """A file and all of this project that it includes, by their names below fmu_src."""
+def _with_included(main: str, of_another: str) -> dict[str, bytes]:
+    """A file and all of this project that it includes, by their names below fmu_src.
+
+    of_another: how the names of the files begin that are for another version, which conditions leave out.
+    """
     found: dict[str, bytes] = {}
     names = [main]
     while names:
         name = names.pop()
         path = SOURCE_ROOT / name
+        if name.startswith(of_another):
+            continue
         if name not in found and path.is_file():  # what is not there is a header of FMI
             found[name] = path.read_bytes()
             folder = posixpath.dirname(name)

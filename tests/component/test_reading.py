@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.harness.host import DISCARD, Instance, bits
+from tests.harness.masses import MASSES
 
 STEP = 10e-3
 STEPS = 25
@@ -75,7 +76,7 @@ def from_a_saved_state(instance: Instance) -> list[float]:
 
 def run(instance: Instance, read: Callable[[Instance], list[float]], every: int = 1) -> dict[int, list[str]]:
     """Reads after every so many steps: step to bits."""
-    instance.initialize({"crank.phi": 0.0})
+    instance.initialize({"crank.phi": 0.0} | MASSES)
     found = {-1: bits(read(instance))}
     for i in range(STEPS):
         instance.step(i * STEP, STEP, inputs(i))
@@ -129,7 +130,7 @@ def test_reading_leaves_the_state_alone(new):
 
 def test_a_value_read_is_made_anew_for_the_next_step(new):
     """Nothing stale is left of the last step, nor of the inputs before the first."""
-    instance = new().setup().enter()
+    instance = new().setup().enter().set(MASSES)
     for name in instance.fmu.names("output"):
         seen = set()
         for angle in (0.5, 1.5, 2.5):

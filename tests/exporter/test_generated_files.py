@@ -88,9 +88,9 @@ def test_the_token_changes_with_anything_a_host_can_see(interface, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("double L1, L2,", "double L2, L1,", "geometry_L1_is_in_place"),
-        ("double XC, YC,", "double YC, XC,", "geometry_XC_is_in_place"),
-        ("double phi1, phi4,", "double phi4, phi1,", "geometry_phi1_is_in_place"),
+        ("double L1, L2,", "double L2, L1,", "L1_is_in_place"),
+        ("double XC, YC,", "double YC, XC,", "XC_is_in_place"),
+        ("double phi1, phi4,", "double phi4, phi1,", "phi1_is_in_place"),
         ("theta8, theta9;", "theta8, theta9, theta10;", "geometry_is_complete"),
     ],
 )

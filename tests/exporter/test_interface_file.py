@@ -19,7 +19,7 @@ def line(name: str) -> str:
 
 MISTAKES = {
     # what: (variable, what to replace in its line, by what, what the message says besides)
-    "a name twice": ("tip.y", '"tip.y"', '"tip.x"', "tip.x: .*twice"),
+    "a name twice": ("tip.y", 'name = "tip.y"', 'name = "tip.x"', "tip.x: .*twice"),
     "no name": ("tip.y", 'name = "tip.y", ', "", "number 9"),
     "no kind": ("tip.y", 'kind = "output", ', "", "kind"),
     "unknown kind": ("tip.y", '"output"', '"local"', "local"),
@@ -35,9 +35,9 @@ MISTAKES = {
     "output without an equation": ("tip.x", 'equation = "tip.x", ', "", "equation"),
     "output without a group": ("tip.x", 'group = "position", ', "", "group"),
     "input that is computed": ("crank.a", "start = 0.0", 'start = 0.0, group = "angle"', "group"),
-    "unknown factor": ("tip.vx", 'crank.w"', 'crank.q"', "'crank.q' is a second factor of its kind, or none of tip.x"),
-    "two factors of a kind": ("tip.vx", 'crank.w"', 'tip.y"', "'tip.y' is a second factor"),
-    "product of nothing": ("tip.ax", 'crank.a"', 'crank.a + "', "a product has factors"),
+    "unknown factor": ("tip.vx", " crank.w", " crank.q", "'crank.q' is a second factor of its kind, or none of tip.x"),
+    "two factors of a kind": ("tip.vx", " crank.w", " tip.y", "'tip.y' is a second factor"),
+    "product of nothing": ("tip.ax", " crank.a", " crank.a + ", "a product has factors"),
     "too many primes": ("tip.x", '= "tip.x", d', """= "tip.x\'\'\'", d""", "at most 2 primes"),
     "output with a range": ("tip.x", "initially", "range = [0.0, 1.0], initially", "range"),
     "start beyond the range": ("geometry.L2", "start = 0.105", "start = 2e6", "start 2e.06 is not from 1e-06 to 1e.06"),

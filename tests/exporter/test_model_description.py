@@ -14,6 +14,7 @@ from lxml import etree
 from fmu_src.exporter.compiler import SOURCE_ROOT
 from fmu_src.exporter.model_description import Edition, ModelDescriptionError, model_description_xml
 from tests.harness.host import DISCARD, OK, Instance
+from tests.harness.masses import MASSES, PLAUSIBLE
 
 
 @pytest.fixture(scope="module")
@@ -66,10 +67,10 @@ def test_starts_are_those_of_the_binary(new, variables):
                 assert instance.get_boolean(name) == (start == "true")
             else:
                 assert instance.get(name)[0].hex() == float(start).hex(), name
-    assert seen == 6 + 20 + 1, "inputs, parameters, machine.s"
+    assert seen == 6 + 45 + 1, "inputs, parameters, machine.s"
 
 
-def test_attributes(variables):
+def test_attributes(variables, fmu):
     """Causality, variability and initial in the combinations of FMI 2.0.4, section 2.2.7."""
     allowed = {
         ("independent", "continuous", None),
@@ -86,7 +87,8 @@ def test_attributes(variables):
     assert set(found.values()) == allowed
     exact = [name for name, attributes in found.items() if attributes == ("output", "continuous", "exact")]
     assert exact == ["machine.s"]
-    assert [name for name, (causality, *_) in found.items() if causality == "local"] == ["der(machine.s)"]
+    local = {name for name, (causality, *_) in found.items() if causality == "local"}
+    assert local == {"der(machine.s)", *fmu.names("local")} and len(local) == 41
     assert all(variable.get("description") for variable in variables.values())
 
 
@@ -111,6 +113,9 @@ UNITS = {  # exponents of SI base units; the unit that hosts show, and how many 
     "m/s2": ({"m": 1, "s": -2}, None),
     "N": ({"kg": 1, "m": 1, "s": -2}, None),
     "N.m": ({"kg": 1, "m": 2, "s": -2}, None),
+    "J": ({"kg": 1, "m": 2, "s": -2}, None),
+    "kg": ({"kg": 1}, None),
+    "kg.m2": ({"kg": 1, "m": 2}, None),
     "1": ({}, None),
 }
 UNITS_OF = {  # every variable by name: a new one is entered here, beside those of its unit
@@ -120,11 +125,17 @@ UNITS_OF = {  # every variable by name: a new one is entered here, beside those 
     "rad/s": ["crank.w"],
     "rad/s2": ["crank.a"],
     "m": ["machine.s", "tip.x", "tip.y", "ground.x", "ground.y", *(f"geometry.L{n}" for n in range(1, 10)),
-          "geometry.XC", "geometry.YC", "geometry.XG", "geometry.YG"],
+          "geometry.XC", "geometry.YC", "geometry.XG", "geometry.YG",
+          *(f"body.{body}.{axis}" for body in PLAUSIBLE for axis in "xy"),
+          *(f"joint.{point}.{axis}" for point in "ABCDEFGHIJ" for axis in "xy")],
     "m/s": ["machine.v", "tip.vx", "tip.vy", "ground.vx", "ground.vy", "der(machine.s)"],
-    "m/s2": ["tip.ax", "tip.ay", "ground.ax", "ground.ay"],
-    "N": ["tip.fx", "tip.fy"],
-    "N.m": ["crank.tau"],
+    "m/s2": ["tip.ax", "tip.ay", "ground.ax", "ground.ay", "gravity"],
+    "N": ["tip.fx", "tip.fy", "machine.fx", "machine.fy",
+          *(f"joint.{joint}.f{axis}" for joint in "OABCDEFG" for axis in "xy")],
+    "N.m": ["crank.tau", "crank.tau_bias", "crank.OA.tau", "crank.CD.tau"],
+    "J": ["linkage.kinetic", "linkage.potential"],
+    "kg": [f"body.{body}.m" for body in PLAUSIBLE],
+    "kg.m2": ["crank.inertia", *(f"body.{body}.J" for body in PLAUSIBLE)],
     "1": ["assembly.margin"],
     None: ["crank.at_step_end"],
 }  # fmt: skip
@@ -186,7 +197,7 @@ def test_outputs_depend_on_the_inputs_declared_and_no_others(root, new, fmu):
     """Each output, and the state's derivative, against each input and the state, numerically."""
     outputs = [*fmu.names("output"), "der(machine.s)"]
     found: dict[str, set[str]] = {name: set() for name in outputs}
-    instance = new().setup().enter()
+    instance = new().setup().enter().set(MASSES)
     for known, point in product([*fmu.names("input"), "machine.s"], POINTS):
         for name in moved(instance, outputs, known, point):
             found[name].add(known)
@@ -199,7 +210,7 @@ def test_initial_unknowns_depend_on_what_is_declared_and_nothing_else(root, new,
     parameters = [name for name in fmu.names("parameter") if name != "crank.at_step_end"]
     knowns = [*fmu.names("input"), *parameters, "machine.s"]
     found: dict[str, set[str]] = {name: set() for name in outputs if name != "machine.s"}
-    instance = new().setup().enter()
+    instance = new().setup().enter().set(MASSES)
     for known, point in product(knowns, POINTS):
         for name in moved(instance, outputs, known, point) - {"machine.s"}:
             found[name].add(known)
@@ -215,7 +226,7 @@ def test_what_depends_on_nothing_else(root, new, fmu):
 
 def test_constant_dependencies_are_constant(root, new):
     """dependenciesKind "constant": the same partial derivative everywhere; "dependent": not so."""
-    instance = new().setup().enter()
+    instance = new().setup().enter().set(MASSES)
     for output, depends in declared(root, "Outputs", "Derivatives").items():
         for known, kind in depends.items():
             partials = {instance.set(point).sensitivity([output], {known: 1.0})[0] for point in POINTS}

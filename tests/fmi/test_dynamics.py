@@ -17,22 +17,12 @@ from fmu_src.twin import dynamics
 from fmu_src.twin.linkage import Geometry, solve
 from tests.conftest import BOTH_VERSIONS
 from tests.harness.host import ERROR, bits
+from tests.harness.masses import MASSES, PLAUSIBLE
 
 pytestmark = BOTH_VERSIONS
 
 INTERFACE = load_interface()
 GRAVITY = INTERFACE.gravity
-PLAUSIBLE = {  # kg, m, m, kg m2
-    "OA": (0.35, 0.025, 0.0, 1.5e-4),
-    "CD": (0.15, 0.009, 0.0, 2e-5),
-    "AB": (0.30, 0.0525, 0.0, 4e-4),
-    "DE": (0.9, 0.09, 0.015, 6e-3),
-    "EF": (1.2, 0.13, -0.04, 6e-3),
-    "GF": (0.55, 0.125, 0.0, 3e-3),
-}
-MASSES = {
-    f"{body}.{key}": value for body, values in PLAUSIBLE.items() for key, value in zip("mxyJ", values, strict=True)
-}
 OTHER = {"L1": 0.053, "L4": 0.021, "L7": 0.26, "YC": -0.05, "phi4": 5.3, "theta3": 0.55, "theta9": 1.5}
 OF_MASSES = ["crank.tau", "crank.inertia", "crank.tau_bias", "machine.fx", "machine.fy"]
 ENERGIES = ["linkage.kinetic", "linkage.potential"]
@@ -54,9 +44,9 @@ def cases(count: int) -> list[dict[str, float]]:
         }
         some = {name: value * draw.choice([0.0, 0.5, 1.0, 2.0]) for name, value in MASSES.items() if name[-1] in "xy"}
         some |= {name: value * draw.uniform(0.3, 2.0) for name, value in MASSES.items() if name[-1] in "mJ"}
-        some |= {f"{body}.y": draw.uniform(-0.02, 0.02) for body in PLAUSIBLE}
+        some |= {f"body.{body}.y": draw.uniform(-0.02, 0.02) for body in PLAUSIBLE}
         geometry = {f"geometry.{name}": value for name, value in OTHER.items()} if number % 2 else {}
-        found.append(inputs | geometry | {f"body.{name}": value for name, value in some.items()})
+        found.append(inputs | geometry | some)
     return found
 
 
@@ -110,7 +100,7 @@ def test_power_balances(new):
     instance = new().initialize(
         {"crank.at_step_end": True, "crank.phi": phi[0], "crank.w": w[0], "crank.a": a[0], "machine.v": v[0]}
         | {"tip.fx": -20.0, "tip.fy": 55.0}
-        | {f"body.{name}": value for name, value in MASSES.items()}
+        | MASSES
     )
     wanted = ["crank.tau", "machine.fx", "ground.vx", "ground.vy", *ENERGIES]
     rows = [instance.get(*wanted)]
@@ -138,7 +128,7 @@ def test_joint_forces_close_newtons_and_eulers_equations(new):
         on_oa, on_cd, tau = instance.get("crank.OA.tau", "crank.CD.tau", "crank.tau")
         assert on_oa + on_cd == pytest.approx(tau, rel=1e-12, abs=1e-12)
         solution = solve(Geometry(**geometry), case["crank.phi"])
-        bodies = dynamics.bodies_of({f"body.{name}": 0.0 for name in MASSES} | case)
+        bodies = dynamics.bodies_of(dict.fromkeys(MASSES, 0.0) | case)
         moving = dynamics.move(Geometry(**geometry), solution, bodies)
         w, a, soil = case["crank.w"], case["crank.a"], complex(case["tip.fx"], case["tip.fy"])
         acting = {

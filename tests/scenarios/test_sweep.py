@@ -335,7 +335,7 @@ def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_sc
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have crank.smoothing, geometry.L1, "),
+        (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have body.AB.J, body.AB.m, "),
         (("--parameter", "scene.speed=1:2"), "real parameter scene.speed; they have"),
         (("--parameter", "geometry.L1=1deg:2deg"), "geometry.L1: '1deg' is not a length; units are m, mm, cm"),
         (("--parameter", "geometry.L1=2:1"), "'geometry.L1=2:1' is not NAME=LOW:HIGH with LOW below HIGH"),
