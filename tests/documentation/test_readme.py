@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 import shlex
 import subprocess
@@ -21,6 +22,7 @@ def test_published_cycle_prints_what_is_quoted(beside_the_build: Path):
     run = subprocess.run(
         [sys.executable, "-m", "scenarios.paper_cycle", "--output", "reports"],
         cwd=beside_the_build, capture_output=True, text=True, check=True,
+        env={name: value for name, value in os.environ.items() if name != "COLUMNS"},  # as wide as it likes
     )  # fmt: skip
     assert block_with(README, "334.65") in run.stdout
     (summary,) = re.findall(r"`(\d+ agree, \d+ differ, \d+ not determined by the paper)`", README)

@@ -184,7 +184,14 @@ def test_the_crank_is_a_flange(terminals):
     crank = terminals["crank"]
     assert crank.get("terminalKind") == "Modelica.Mechanics.Rotational.Interfaces.Flange_a"
     kinds = {m.get("memberName"): m.get("variableKind") for m in crank.iter("TerminalMemberVariable")}
-    assert kinds == {"phi": "signal", "w": "signal", "a": "signal", "tau": "inflow", "inertia": "signal", "tau_bias": "signal"}
+    assert kinds == {
+        "phi": "signal",
+        "w": "signal",
+        "a": "signal",
+        "tau": "inflow",
+        "inertia": "signal",
+        "tau_bias": "signal",
+    }
 
 
 def test_torque_flows_in(new):

@@ -11,15 +11,23 @@
 #include <stdint.h>
 
 /* Value references, and how many of each kind follow each other. */
-enum { PHI = 2, INPUTS = 6, FIRST_OUTPUT = 8, OUTPUTS = 16, MACHINE_S = 21 };
-enum { FIRST_PARAMETER = 24, PARAMETERS = 18, AT_STEP_END = 42, SMOOTHING, REFERENCES };
+enum { PHI = 2, INPUTS = 6, FIRST_OUTPUT = 8, FIRST_OUTPUTS = 16, MACHINE_S = 21 };
+enum { FIRST_PARAMETER = 24, PARAMETERS = 18, AT_STEP_END = 42, SMOOTHING };
+enum { FIRST_MASS = 45, MASSES = 25 /* of 6 bodies, 4 each, and gravity */ };
 enum {
-    KNOWNS = INPUTS + 1 + PARAMETERS
-}; /* inputs, machine.s, and in initialization the geometry */
+    OUTPUT_OF_MASSES = 70,
+    OUTPUTS_OF_MASSES = 4,
+    FIRST_LOCAL = 74,
+    LOCALS = 40,
+    REFERENCES = 114
+};
+enum { OUTPUTS = FIRST_OUTPUTS + OUTPUTS_OF_MASSES };
+/* Inputs, machine.s, and in initialization geometry and masses. */
+enum { KNOWNS = INPUTS + 1 + PARAMETERS + MASSES };
 enum { GEOMETRIES = 40, STEPS = 250, DISCARD = 2 /* in both versions */ };
 
 static void *library;
-static unsigned references[REFERENCES];
+static unsigned references[REFERENCES], outputs[OUTPUTS], knowns[KNOWNS];
 
 typedef void (*Function)(void);
 
@@ -79,14 +87,14 @@ static Status get_slopes(void *c, const unsigned of[], size_t count, const int o
 
 static Status get_forward(void *c, const unsigned of[], size_t count, const double seeds[],
                           double values[OUTPUTS]) {
-    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, OUTPUTS, of, count, seeds,
-                                          count, values, OUTPUTS);
+    return CALL(GetDirectionalDerivative)(c, outputs, OUTPUTS, of, count, seeds, count, values,
+                                          OUTPUTS);
 }
 
 static Status get_adjoint(void *c, const unsigned of[], size_t count, const double seeds[OUTPUTS],
                           double values[]) {
-    return CALL(GetAdjointDerivative)(c, references + FIRST_OUTPUT, OUTPUTS, of, count, seeds,
-                                      OUTPUTS, values, count);
+    return CALL(GetAdjointDerivative)(c, outputs, OUTPUTS, of, count, seeds, OUTPUTS, values,
+                                      count);
 }
 
 static Status step(void *c, double time, double h) {
@@ -143,8 +151,7 @@ static Status get_slopes(void *c, const unsigned of[], size_t count, const int o
 
 static Status get_forward(void *c, const unsigned of[], size_t count, const double seeds[],
                           double values[OUTPUTS]) {
-    return CALL(GetDirectionalDerivative)(c, references + FIRST_OUTPUT, OUTPUTS, of, count, seeds,
-                                          values);
+    return CALL(GetDirectionalDerivative)(c, outputs, OUTPUTS, of, count, seeds, values);
 }
 
 /* FMI 2.0 has no adjoint derivatives. */
@@ -180,36 +187,37 @@ static void show(const char *what, Status status, const double values[], int cou
 /* ---- calls -------------------------------------------------------------------------------- */
 
 static void show_outputs(void *c) {
-    double values[OUTPUTS] = {0};
-    Status status = get(c, FIRST_OUTPUT, OUTPUTS, values);
-    show("outputs", status, values, OUTPUTS);
+    double values[FIRST_OUTPUTS] = {0}, of_masses[OUTPUTS_OF_MASSES + LOCALS] = {0};
+    Status status = get(c, FIRST_OUTPUT, FIRST_OUTPUTS, values);
+    show("outputs", status, values, FIRST_OUTPUTS);
+    status = get(c, OUTPUT_OF_MASSES, OUTPUTS_OF_MASSES + LOCALS, of_masses);
+    show("of masses", status, of_masses, OUTPUTS_OF_MASSES + LOCALS);
 }
 
 /* Along each known alone, then along all at once; the other way about; by time. */
-static void show_derivatives(void *c, size_t knowns) {
-    static const int orders[2 * OUTPUTS] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
-                                            2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2};
+static void show_derivatives(void *c, size_t count) {
     static const double one = 1.0;
-    unsigned of[2 * OUTPUTS], by[KNOWNS];
+    unsigned of[2 * OUTPUTS];
+    int orders[2 * OUTPUTS];
     double values[2 * OUTPUTS] = {0}, seeds[KNOWNS], gradient[KNOWNS] = {0}, weights[OUTPUTS];
-    for (unsigned i = 0; i < 2 * OUTPUTS; ++i)
-        of[i] = FIRST_OUTPUT + i % OUTPUTS;
-    show("by time", get_slopes(c, of, 2 * OUTPUTS, orders, values), values, 2 * OUTPUTS);
-    for (unsigned i = 0; i < KNOWNS; ++i) {
-        by[i] = i < INPUTS ? PHI + i : i == INPUTS ? MACHINE_S : FIRST_PARAMETER + i - INPUTS - 1;
-        seeds[i] = draw();
+    for (int i = 0; i < 2 * OUTPUTS; ++i) {
+        of[i] = outputs[i % OUTPUTS];
+        orders[i] = 1 + i / OUTPUTS;
     }
-    for (size_t i = 0; i < knowns; ++i)
-        show("along", get_forward(c, by + i, 1, &one, values), values, OUTPUTS);
-    show("along all", get_forward(c, by, knowns, seeds, values), values, OUTPUTS);
+    show("by time", get_slopes(c, of, 2 * OUTPUTS, orders, values), values, 2 * OUTPUTS);
+    for (int i = 0; i < KNOWNS; ++i)
+        seeds[i] = draw();
+    for (size_t i = 0; i < count; ++i)
+        show("along", get_forward(c, knowns + i, 1, &one, values), values, OUTPUTS);
+    show("along all", get_forward(c, knowns, count, seeds, values), values, OUTPUTS);
     for (int k = 0; k < OUTPUTS; ++k) {
         for (int i = 0; i < OUTPUTS; ++i)
             weights[i] = i == k;
-        show("gradient", get_adjoint(c, by, knowns, weights, gradient), gradient, (int)knowns);
+        show("gradient", get_adjoint(c, knowns, count, weights, gradient), gradient, (int)count);
     }
     for (int i = 0; i < OUTPUTS; ++i)
         weights[i] = draw();
-    show("adjoint", get_adjoint(c, by, knowns, weights, gradient), gradient, (int)knowns);
+    show("adjoint", get_adjoint(c, knowns, count, weights, gradient), gradient, (int)count);
 }
 
 static void show_state(void *c) {
@@ -243,6 +251,11 @@ static void play(void *c, int geometry) {
          ++i) /* the later ones so far off that some poses cannot close */
         parameters[i] *= 1.0 + geometry * 0.006 * draw();
     show("changed", set(c, FIRST_PARAMETER, PARAMETERS, parameters), parameters, PARAMETERS);
+    double masses[MASSES];
+    for (int i = 0; i < MASSES; ++i) /* m, x, y, J; every fourth geometry has none */
+        masses[i] =
+            geometry % 4 == 3 ? 0.0 : (i % 4 == 1 || i % 4 == 2 ? 0.1 : 0.5) * (1.0 + draw());
+    show("masses", set(c, FIRST_MASS, MASSES, masses), masses, MASSES);
     show("at step end", set_flag(c, AT_STEP_END, geometry % 5 == 4), NULL, 0);
     const double window = geometry % 7 == 6 ? 10.0 * h : 0.0;
     show("smoothing", set(c, SMOOTHING, 1, &window), &window, 1);
@@ -280,6 +293,13 @@ int main(int count, char *arguments[]) {
     library = open_library(arguments[1]);
     for (unsigned i = 0; i < REFERENCES; ++i)
         references[i] = i;
+    for (unsigned i = 0; i < OUTPUTS; ++i)
+        outputs[i] = i < FIRST_OUTPUTS ? FIRST_OUTPUT + i : OUTPUT_OF_MASSES + i - FIRST_OUTPUTS;
+    for (unsigned i = 0; i < KNOWNS; ++i)
+        knowns[i] = i < INPUTS                 ? PHI + i
+                    : i == INPUTS              ? MACHINE_S
+                    : i <= INPUTS + PARAMETERS ? FIRST_PARAMETER + i - INPUTS - 1
+                                               : FIRST_MASS + i - INPUTS - 1 - PARAMETERS;
     void *c = begin(arguments[2]);
     if (c == NULL)
         return 1;
