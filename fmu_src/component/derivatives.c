@@ -130,6 +130,13 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
 
 /* ---- by inputs, machine.s and parameters ----------------------------------------------------- */
 
+/* What a call for derivatives takes. */
+typedef struct {
+    bool by_parameters; /* they are among the knowns */
+    bool with_masses;   /* masses are given, or among the knowns */
+    int sweep;          /* as in solve_for */
+} Extent;
+
 /* Refuses, with a message, what is no unknown or no known now, and seeds that are no numbers. Else
  * says whether parameters, and masses, are among the knowns. Parameters are so in initialization
  * mode alone, where they may change: FMI 2.0.4, sections 2.1.9 and 2.2.8 (InitialUnknowns);
@@ -139,8 +146,7 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
 static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
                                         size_t unknown_count, const uint32_t known[],
                                         size_t known_count, const double seed[], bool is_adjoint,
-                                        bool *by_parameters, bool *by_masses) {
-    *by_parameters = *by_masses = false;
+                                        Extent *extent) {
     for (size_t i = 0; i < unknown_count; ++i) {
         if (!has_equation(unknown[i]))
             return refuse_reference(c, unknown[i], "is no output: no derivative of it");
@@ -158,10 +164,25 @@ static ComponentStatus check_derivative(Component *c, const uint32_t unknown[],
             return refuse_reference(c, known[k], "is no input: no derivative by it");
         if (!is_adjoint && !(fabs(seed[k]) <= INTERFACE_GREATEST_VALUE))
             return refuse_value(c, known[k], seed[k]);
-        *by_parameters = *by_parameters || is_parameter;
-        *by_masses = *by_masses || is_mass;
+        extent->by_parameters = extent->by_parameters || is_parameter;
+        extent->with_masses = extent->with_masses || is_mass;
     }
     return COMPONENT_OK;
+}
+
+/* Checks a call, and makes sure that the pose has what it takes. */
+static ComponentStatus prepare_derivative(Component *c, const uint32_t unknown[],
+                                          size_t unknown_count, const uint32_t known[],
+                                          size_t known_count, const double seed[], bool is_adjoint,
+                                          Extent *extent) {
+    *extent = (Extent){.sweep = -1};
+    ComponentStatus status =
+        check_derivative(c, unknown, unknown_count, known, known_count, seed, is_adjoint, extent);
+    if (status != COMPONENT_OK)
+        return status;
+    pose_prepare(c);
+    extent->with_masses = extent->with_masses || c->inertia.has_mass;
+    return solve_for(c, unknown, unknown_count, 1, extent->with_masses, &extent->sweep);
 }
 
 /* The change of one output along a direction of the knowns; varied: of the pose with the geometry.
@@ -198,29 +219,24 @@ ComponentStatus component_get_directional_derivative(Component *c, const uint32_
                                                      double sensitivity[]) {
     double direction[INTERFACE_COUNT + 1] = {0.0};
     LinkageVariation varied = {.angle = 0.0};
-    bool by_parameters, with_masses;
-    int sweep;
-    ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
-                                              false, &by_parameters, &with_masses);
-    if (status == COMPONENT_OK) {
-        pose_prepare(c);
-        with_masses = with_masses || c->inertia.has_mass;
-        status = solve_for(c, unknown, unknown_count, 1, with_masses, &sweep);
-    }
+    Extent extent;
+    ComponentStatus status =
+        prepare_derivative(c, unknown, unknown_count, known, known_count, seed, false, &extent);
     if (status != COMPONENT_OK)
         return status;
     for (size_t k = 0; k < known_count; ++k)
         direction[known[k]] += seed[k];
-    if (by_parameters && sweep >= 0) {
+    if (extent.by_parameters && extent.sweep >= 0) {
         LinkageGeometry geometry;
         LinkageMasses masses;
         memcpy(&geometry, &direction[VARIABLE_GEOMETRY_L1], sizeof geometry);
         memcpy(&masses, &direction[VARIABLE_BODY_OA_M], sizeof masses);
-        linkage_vary(&c->linkage, with_masses ? &c->inertia.masses : NULL, &c->pose,
-                     c->shown->crank.end.phi, sweep, &geometry, &masses, &varied);
+        linkage_vary(&c->linkage, extent.with_masses ? &c->inertia.masses : NULL, &c->pose,
+                     c->shown->crank.end.phi, extent.sweep, &geometry, &masses, &varied);
     }
     for (size_t i = 0; i < unknown_count; ++i)
-        sensitivity[i] = change_of(c, equation_of(unknown[i], with_masses), direction, &varied);
+        sensitivity[i] =
+            change_of(c, equation_of(unknown[i], extent.with_masses), direction, &varied);
     return COMPONENT_OK;
 }
 
@@ -243,27 +259,21 @@ ComponentStatus component_get_adjoint_derivative(Component *c, const uint32_t un
                                                  double sensitivity[]) {
     double of_motion[MOTION_FACTOR_COUNT] = {0.0}, gradient[INTERFACE_COUNT + 1] = {0.0};
     LinkageVariation of_pose = {.angle = 0.0};
-    bool by_parameters, with_masses;
-    int sweep;
-    ComponentStatus status = check_derivative(c, unknown, unknown_count, known, known_count, seed,
-                                              true, &by_parameters, &with_masses);
-    if (status == COMPONENT_OK) {
-        pose_prepare(c);
-        with_masses = with_masses || c->inertia.has_mass;
-        status = solve_for(c, unknown, unknown_count, 1, with_masses, &sweep);
-    }
+    Extent extent;
+    ComponentStatus status =
+        prepare_derivative(c, unknown, unknown_count, known, known_count, seed, true, &extent);
     if (status != COMPONENT_OK)
         return status;
     for (size_t i = 0; i < unknown_count; ++i)
-        weigh(c, equation_of(unknown[i], with_masses), seed[i], &of_pose, of_motion);
+        weigh(c, equation_of(unknown[i], extent.with_masses), seed[i], &of_pose, of_motion);
     factors_gradient_by_motion(c, of_motion, gradient);
-    if (sweep >= 0) {
-        gradient[VARIABLE_CRANK_PHI] = factors_gradient_by_phi(c, &of_pose, sweep);
-        if (by_parameters) {
+    if (extent.sweep >= 0) {
+        gradient[VARIABLE_CRANK_PHI] = factors_gradient_by_phi(c, &of_pose, extent.sweep);
+        if (extent.by_parameters) {
             LinkageGeometry geometry;
             LinkageMasses masses = {.OA = {.m = 0.0}};
-            linkage_gradient(&c->linkage, with_masses ? &c->inertia.masses : NULL, &c->pose,
-                             c->shown->crank.end.phi, sweep, &of_pose, &geometry, &masses);
+            linkage_gradient(&c->linkage, extent.with_masses ? &c->inertia.masses : NULL, &c->pose,
+                             c->shown->crank.end.phi, extent.sweep, &of_pose, &geometry, &masses);
             memcpy(&gradient[VARIABLE_GEOMETRY_L1], &geometry, sizeof geometry);
             memcpy(&gradient[VARIABLE_BODY_OA_M], &masses, sizeof masses);
         }
