@@ -159,6 +159,9 @@ FOREIGN_ROW = """
 """
 
 
+TORQUE = '"drivetrain.crank.tau" = "linkage.crank.tau"'  # in place of inertia and bias
+
+
 def make_drive(folder: Path, si: bool) -> Path:
     """A drive in C, with names, units and abilities of its own; or its twin in SI."""
     platform = host_platform()
@@ -184,7 +187,8 @@ def make_drive(folder: Path, si: bool) -> Path:
 def row_with(drive: Path, file: Path, more: str = "") -> Path:
     """The row's file with the drive swapped: its FMU, its names, what it does not have."""
     lines = ROW.read_text(encoding="utf-8").replace("build/partners/Drivetrain.fmu", drive.as_posix())
-    lacking = ('"drivetrain.tip.fx"', '"linkage.crank.a"', '"drivetrain.speed')
+    lines = lines.replace('"drivetrain.crank.tau_bias" = "linkage.crank.tau_bias"', TORQUE)
+    lacking = ('"drivetrain.crank.inertia"', '"drivetrain.machine.fx"', '"linkage.crank.a"', '"drivetrain.speed')
     kept = [line for line in lines.splitlines() if not line.startswith(lacking)]
     file.write_text("\n".join(kept).replace("[connections]", FOREIGN_ROW + more + "\n[connections]"), encoding="utf-8")
     return file
@@ -457,8 +461,14 @@ def test_the_page_on_replacing_a_partner_is_followed(foreign_drive, tmp_path, mo
     blocks = [block.replace("\n   ", "\n") for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL)]
     (replaced,) = [block for block in blocks if "MyDrive.fmu" in block]
     (units,) = [block for block in blocks if "drivetrain.units" in block]
+    (torque,) = [block.strip() for block in blocks if "linkage.crank.tau" in block]
     text = ROW.with_name("drive_only.toml").read_text(encoding="utf-8")
     text = text.replace('[components.drivetrain]\nfmu = "build/partners/Drivetrain.fmu"', replaced)
+    inertia_and_bias = "".join(
+        f'"drivetrain.crank.{name}" = "linkage.crank.{name}"\n' for name in ("inertia", "tau_bias")
+    )
+    assert inertia_and_bias in text
+    text = text.replace(inertia_and_bias, torque + "\n")
     file = tmp_path / "mine.toml"
     file.write_text(text, encoding="utf-8")
     shutil.copy(foreign_drive, tmp_path / "MyDrive.fmu")

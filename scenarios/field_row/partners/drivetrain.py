@@ -4,10 +4,14 @@
             u(x)    = 6x⁵ − 15x⁴ + 10x³ on 0…1       the smoothest step of degree 5 [1]
     wheel   w_drive = 2π·v/S                         rolling without slip, one turn of the crank in S
     shaft   tau     = k·(phi_drive − phi) + c·(w_drive − w)          elastic and viscous [2, section 2]
-    crank   J·a     = tau − crank.tau                                Newton and Euler [2, section 2]
-    power   pull·v  = tau·w_drive − tip.fx·v         the tractor pays for the wheel and for the soil's drag
+    crank   (J + crank.inertia)·a = tau − crank.tau_bias             Newton and Euler [2, section 2]
+    power   pull·v  = tau·w_drive − machine.fx·v     the tractor pays for the wheel and for the linkage's drag
 
-In a step crank.tau and tip.fx go on as the straight line through their last two samples: of order 2
+crank.inertia is what the masses of the linkage weigh on the crank, crank.tau_bias what else it takes. With both the
+drive solves for the acceleration of all that turns; the linkage's whole torque would contain the acceleration of the
+last step, and what a drive makes of that diverges where its own inertia is small.
+
+In a step the inputs go on as the straight line through their last two samples: of order 2
 in the step where their samples belong to its begin. The equations are solved by Runge and Kutta's method of
 order 4 in substeps of at most 0.5 ms.
 
@@ -26,6 +30,8 @@ else:  # inside the FMU
     from planting_partner import Partner, Variable
 
 SUBSTEP = 0.5e-3  # s, at most
+LOADS = ("crank.inertia", "crank.tau_bias", "machine.fx")
+LEVEL = (0.0, 0.0, 0.0)  # slopes of the loads that do not change
 SPEED = ("speed.cruise", "speed.ramp", "speed.headland", "disturbance.share", "disturbance.f")  # what v(t) is made of
 
 
@@ -34,14 +40,15 @@ class Drivetrain(Partner):
 
     description = "Ground-wheel drive with an elastic shaft: machine speed and crank angle, loaded by the linkage"
     variables = (
-        Variable("crank.tau", "input", 0.0, "N.m", "Torque that the linkage takes, in the working direction"),
-        Variable("tip.fx", "input", 0.0, "N", "Force of the soil on the tip, forward; optional: adds to the pull"),
+        Variable("crank.inertia", "input", 0.0, "kg.m2", "Inertia of the linkage about the crank; optional"),
+        Variable("crank.tau_bias", "input", 0.0, "N.m", "Torque that the linkage takes besides crank.inertia·crank.a"),
+        Variable("machine.fx", "input", 0.0, "N", "Force of the linkage on the machine, forward; optional: the pull's"),
         Variable("crank.phi", "output", 0.0, "rad", "Angle turned by the crank in the working direction, unbounded"),
         Variable("crank.w", "output", 0.0, "rad/s", "Angular velocity of the crank"),
         Variable("crank.a", "output", 0.0, "rad/s2", "Angular acceleration of the crank"),
         Variable("machine.v", "output", 0.0, "m/s", "Forward speed of the machine over ground"),
         Variable("machine.s", "output", 0.0, "m", "Way of the machine since the start"),
-        Variable("machine.pull", "output", 0.0, "N", "Pull of the tractor on this row: ground wheel and soil"),
+        Variable("machine.pull", "output", 0.0, "N", "Pull of the tractor on this row: ground wheel and linkage"),
         Variable("shaft.tau", "output", 0.0, "N.m", "Torque in the shaft"),
         Variable("energy.tractor", "output", 0.0, "J", "Work of the pull since the start"),
         Variable("energy.crank", "output", 0.0, "J", "Work done on the linkage through the crank"),
@@ -56,15 +63,15 @@ class Drivetrain(Partner):
         Variable("crank.start", "parameter", -math.pi / 2, "rad", "Crank angle at the start: the nozzle rising"),
         Variable("shaft.k", "parameter", 2000.0, "N.m/rad", "Torsional stiffness of the shaft"),
         Variable("shaft.c", "parameter", 4.0, "N.m.s/rad", "Damping of the shaft: a tenth of the critical"),
-        Variable("crank.J", "parameter", 0.2, "kg.m2", "Inertia turning with the crank: 5 kg at 0.2 m"),
+        Variable("crank.J", "parameter", 0.2, "kg.m2", "Inertia of the drive turning with the crank: 5 kg at 0.2 m"),
     )
     positive = ("plant.spacing", "speed.cruise", "speed.ramp", "shaft.k", "crank.J")
     initially: ClassVar = {
         "crank.phi": ("crank.start",),
         "machine.v": SPEED,
         "shaft.tau": (*SPEED, "plant.spacing", "shaft.c"),
-        "crank.a": (*SPEED, "plant.spacing", "shaft.c", "crank.tau", "crank.J"),
-        "machine.pull": (*SPEED, "plant.spacing", "shaft.c", "tip.fx"),
+        "crank.a": (*SPEED, "plant.spacing", "shaft.c", "crank.inertia", "crank.tau_bias", "crank.J"),
+        "machine.pull": (*SPEED, "plant.spacing", "shaft.c", "machine.fx"),
     }
 
     _at: float | None = None  # the time of the last speed that was asked for, and that speed
@@ -76,7 +83,7 @@ class Drivetrain(Partner):
     def exit_initialization_mode(self) -> None:
         super().exit_initialization_mode()
         self._start()  # with the parameters as they are now
-        self.memory |= {"loads": None, "slopes": (0.0, 0.0)}
+        self.memory |= {"loads": None, "slopes": LEVEL}
 
     def _set_fmu_state(self, state: dict) -> None:
         super()._set_fmu_state(state)
@@ -98,11 +105,11 @@ class Drivetrain(Partner):
         share = _smooth_step(time / p["speed.ramp"]) - _smooth_step((time - p["speed.headland"]) / p["speed.ramp"])
         return p["speed.cruise"] * share * (1 + p["disturbance.share"] * math.sin(math.tau * p["disturbance.f"] * time))
 
-    def _loads(self, time: float) -> tuple[float, float]:
-        """crank.tau and tip.fx after the begin of the present step."""
+    def _loads(self, time: float) -> tuple[float, float, float]:
+        """crank.inertia, crank.tau_bias and machine.fx after the begin of the present step."""
         p, m = self.value, self.memory
-        since, (tau, fx) = time - m["time"], m.get("slopes", (0.0, 0.0))
-        return p["crank.tau"] + tau * since, p["tip.fx"] + fx * since
+        since, (inertia, bias, fx) = time - m["time"], m.get("slopes", LEVEL)
+        return p["crank.inertia"] + inertia * since, p["crank.tau_bias"] + bias * since, p["machine.fx"] + fx * since
 
     def _rates(self, time: float, y: list[float]) -> list[float]:
         """Derivatives of phi_drive, phi, w, the way, and the work of pull, crank and shaft damping."""
@@ -111,19 +118,20 @@ class Drivetrain(Partner):
         w_drive = math.tau * v / p["plant.spacing"]
         twisting = w_drive - w
         tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * twisting
-        load, fx = self._loads(time)
+        inertia, bias, fx = self._loads(time)
+        a = (tau - bias) / (p["crank.J"] + inertia)
         return [
             w_drive,
             w,
-            (tau - load) / p["crank.J"],
+            a,
             v,
             tau * w_drive - fx * v,
-            load * w,
+            (inertia * a + bias) * w,
             p["shaft.c"] * twisting * twisting,
         ]
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        m, loads = self.memory, (self.value["crank.tau"], self.value["tip.fx"])
+        m, loads = self.memory, tuple(self.value[name] for name in LOADS)
         if m["loads"] and current_time > m["sampled"]:
             m["slopes"] = tuple(
                 (now - was) / (current_time - m["sampled"]) for now, was in zip(loads, m["loads"], strict=True)
@@ -149,7 +157,7 @@ class Drivetrain(Partner):
             "machine.v": v,
             "machine.s": way,
             "shaft.tau": tau,
-            "machine.pull": tau * math.tau / p["plant.spacing"] - self._loads(time)[1],
+            "machine.pull": tau * math.tau / p["plant.spacing"] - self._loads(time)[2],
             "energy.tractor": pulled,
             "energy.crank": given,
             "energy.shaft": lost,
