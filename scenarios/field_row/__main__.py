@@ -14,7 +14,7 @@ import math
 import multiprocessing
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from transplanter_linkage.measures import GEOMETRY
 from scenarios.common import command, reports, units
 from scenarios.common.command import ROOT
 from scenarios.common.instance import FmuError
+from scenarios.common.masses import plausible
 from scenarios.common.variants import PHASE, PREFIX, VariantError, read_ssv, unit_of
 from scenarios.field_row import figures as row_figures
 from scenarios.field_row import run as row_run
@@ -102,6 +103,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--ssv", type=_design, default={}, metavar="FILE", help="plant with the linkage's geometry in a parameter set"
     )
+    parser.add_argument(
+        "--masses",
+        action="store_true",
+        help="give the links the masses of a plausible machine: sections of steel and aluminium, 3.4 kg in all",
+    )
     parser.add_argument("--no-study", action="store_true", help="leave out the error against the communication step")
     parser.add_argument(
         "--output", type=Path, default=OUTPUT, help="folder for tables and figures (default: %(default)s)"
@@ -115,6 +121,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             master=options.master,
             step_ms=options.step,
             settings=options.ssv | dict(options.settings),
+            with_masses=options.masses,
             with_study=not options.no_study,
         )
     except (SystemFault, FmuError, PartnerError) as error:
@@ -179,6 +186,18 @@ def _told_apart(settings: dict[str, Value], system: System) -> dict[str, Value]:
     return told
 
 
+def masses_of(system: System, settings: Mapping[str, Value] | None = None) -> dict[str, Value]:
+    """The masses of a plausible machine as parameters of the system: those of the geometry that it is given."""
+    given = {str(port): value for port, value in system.parameters.items()} | dict(settings or {})
+    linkage = system.component(LINKAGE)
+    if linkage is None:
+        raise SystemFault(f"--masses: the system has no component {LINKAGE!r}.")
+    geometry = {
+        name: float(given.get(f"{LINKAGE}.{PREFIX}{name}", linkage.start(PREFIX + name) or 0.0)) for name in GEOMETRY
+    }
+    return {f"{LINKAGE}.{name}": value for name, value in plausible(geometry).items()}
+
+
 def run(
     system_file: Path,
     output: Path,
@@ -187,6 +206,7 @@ def run(
     master: str = MASTER,
     step_ms: float = STEP_MS,
     settings: dict[str, Value] | None = None,
+    with_masses: bool = False,
     with_study: bool = True,
 ) -> tuple[Results, list[Path]]:
     """Plant the row, write the reports into ``output``; returns what came out and the files.
@@ -196,7 +216,8 @@ def run(
     """
     build_partners()
     system = load_system(system_file)
-    system = system.with_parameters(_told_apart(settings or {}, system))
+    told = _told_apart(settings or {}, system)
+    system = system.with_parameters((masses_of(system, told) if with_masses else {}) | told)
     row = row_run.row_of(system, plants)
     output.mkdir(parents=True, exist_ok=True)
     missing = row_study.missing(system)
@@ -315,6 +336,8 @@ def sizing(results: Results) -> list[tuple[str, ...]]:
         ("torque of the linkage on the crank", ("linkage.crank.tau",), "N·m"),
         ("its power: torque times the crank's speed", ("linkage.crank.tau", "drivetrain.crank.w"), "W"),
         ("torque in the shaft", ("drivetrain.shaft.tau",), "N·m"),
+        ("force of the linkage on the machine, forward", ("linkage.machine.fx",), "N"),
+        ("... upward", ("linkage.machine.fy",), "N"),
         ("pull of the tractor", ("drivetrain.machine.pull",), "N"),
         ("its power: pull times the machine's speed", ("drivetrain.machine.pull", "drivetrain.machine.v"), "W"),
     )
@@ -337,6 +360,11 @@ def balance(results: Results) -> list[tuple[str, str, str]]:
         return []
     labels = ("given by the tractor", "taken by the soil", "heat in the shaft", "stored in shaft and crank")
     ends = [(label, float(record[name][-1])) for label, name in zip(labels, ENERGIES, strict=True)]
+    if record.has_masses:
+        ends += [
+            ("stored in the links", float(record.links[-1])),
+            ("... at most, and given back in each turn", float(record.links.max())),
+        ]
     ends += [
         ("not accounted for: error of the coupling, at the end", float(record.imbalance[-1])),
         ("... and at most", float(abs(record.imbalance).max())),

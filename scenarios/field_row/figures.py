@@ -21,6 +21,7 @@ from scenarios.common.figures import (
     GREY,
     ORANGE,
     PINK,
+    SKY,
     VERMILLION,
     name_ends,
     save_all,
@@ -255,13 +256,16 @@ ENERGIES = (
 
 def draw_energy(record: Record) -> Figure:
     """What the tractor gave, where it went, and what the balance lacks."""
-    time, parts = record.time, ENERGIES
+    time = record.time
+    parts = [(record[name], label, colour) for name, label, colour in ENERGIES]
+    if record.has_masses:
+        parts.insert(1, (record.links, "stored in the links", SKY))
     figure, (above, below) = plt.subplots(
         2, 1, figsize=(9.5, 6.6), layout="constrained", sharex=True, height_ratios=(2.2, 1)
     )
     above.stackplot(
         time,
-        [record[name] for name, _, _ in parts],
+        [values for values, _, _ in parts],
         labels=[label for _, label, _ in parts],
         colors=[colour for *_, colour in parts],
         alpha=0.55,

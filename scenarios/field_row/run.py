@@ -38,6 +38,11 @@ WATCHED = {  # what is recorded of the row, where it is offered, and in which un
     "linkage.ground.x": "m",
     "linkage.ground.y": "m",
     "linkage.crank.tau": "N.m",
+    "linkage.crank.inertia": "kg.m2",
+    "linkage.machine.fx": "N",
+    "linkage.machine.fy": "N",
+    "linkage.linkage.kinetic": "J",
+    "linkage.linkage.potential": "J",
     "linkage.machine.s": "m",
     "linkage.tip.angle": "rad",
     "conveyor.seedling.in_nozzle": "1",
@@ -128,6 +133,16 @@ class Record:
         return found
 
     @property
+    def links(self) -> np.ndarray:
+        """What the moving links store more than at the start, J; 0 where the linkage does not say."""
+        stored = np.nan_to_num(self["linkage.linkage.kinetic"] + self["linkage.linkage.potential"])
+        return stored - stored[0]
+
+    @property
+    def has_masses(self) -> bool:
+        return bool(np.any(self["linkage.linkage.kinetic"] > 0))
+
+    @property
     def imbalance(self) -> np.ndarray:
         """The tractor's work less what shaft and soil took and what is stored: the coupling error, J."""
         return (
@@ -135,6 +150,7 @@ class Record:
             - self["drivetrain.energy.shaft"]
             - self["drivetrain.energy.stored"]
             - self["soil.energy.soil"]
+            - self.links
         )
 
 
