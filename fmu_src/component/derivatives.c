@@ -119,6 +119,7 @@ ComponentStatus component_get_output_derivatives(Component *c, const uint32_t re
         greatest = order[i] > greatest ? order[i] : greatest;
     }
     int sweep;
+    pose_prepare(c); /* the state may be new: then has_mass is not */
     bool with_masses = c->inertia.has_mass;
     ComponentStatus status = solve_for(c, reference, count, greatest, with_masses, &sweep);
     if (status != COMPONENT_OK)

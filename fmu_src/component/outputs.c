@@ -87,8 +87,10 @@ ComponentStatus outputs_evaluate(Component *component, uint32_t evaluations) {
     }
     double *value = component->value;
     INTERFACE_OUTPUT_GROUPS(COMPUTE_GROUP)
-    if (evaluations & WITH_MASSES && component->inertia.has_mass) {
-        ComponentStatus status = add_masses(component, evaluations);
+    if (evaluations & WITH_MASSES) {
+        pose_prepare(component); /* parameters or the state may be new: then has_mass is not */
+        ComponentStatus status =
+            component->inertia.has_mass ? add_masses(component, evaluations) : COMPONENT_OK;
         if (status != COMPONENT_OK)
             return status;
     }

@@ -253,3 +253,21 @@ def test_what_is_read_is_computed_whatever_was_read_before(new):
         for k in order:
             instance.get(names[k])
         assert bits(instance.get(*names)) == once
+
+
+def test_masses_are_seen_by_whatever_is_read_first(new):
+    """In initialization mode, where they were just set, and where a state of another instance brought them."""
+    case = cases(1)[0]
+    right = dict(zip(OF_MASSES, new().initialize(case).get(*OF_MASSES), strict=True))
+    kept = new().initialize(case)
+    serialized = kept.serialize()
+    rates = [kept.get_derivatives((name, 1))[0] for name in OF_MASSES]
+    for name, rate in zip(OF_MASSES, rates, strict=True):
+        assert in_initialization(new, case).get(name) == [right[name]], name
+        for read in ("value", "rate"):
+            other = new().initialize({})
+            other.deserialize(serialized)
+            if read == "value":
+                assert other.get(name) == [right[name]], name
+            else:
+                assert other.get_derivatives((name, 1)) == [rate], name
