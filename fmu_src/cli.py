@@ -73,9 +73,10 @@ def main(arguments: list[str] | None = None) -> int:
 
     mend = commands.add_parser(
         "mend",
-        help="take out of FMUs that PythonFMU built what corrupts the heap at exit",
-        description="Take the destructor that corrupts a process's heap at its exit out of FMUs that PythonFMU 0.6.5 "
-        "to 0.7.0 built, each in place. Exit status: 0 all are mended, 1 one was refused.",
+        help="mend FMUs that PythonFMU built: they crash after an exception and at exit",
+        description="Mend FMUs that PythonFMU 0.6.5 to 0.7.0 built, each in place: their library uses freed objects "
+        "after an exception of the slave, and freed memory when the process ends. Exit status: 0 all are mended, "
+        "1 one was refused.",
     )
     mend.add_argument("fmu", type=Path, nargs="+")
     mend.set_defaults(run=run_mend)

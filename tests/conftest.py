@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import re
 import shutil
@@ -168,9 +167,3 @@ def copy_project(folder: Path) -> Path:
 @pytest.fixture
 def project_copy(tmp_path) -> Path:
     return copy_project(tmp_path)
-
-
-# A slave of PythonFMU that raises leaves objects with a reference too few in the process: the next collection of cycles
-# crashes it, in whatever test comes later. What runs side by side ends without one.
-if "PYTEST_XDIST_WORKER" in os.environ:
-    gc.disable()

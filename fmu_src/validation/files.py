@@ -20,7 +20,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree, html
 
 from ..formats import ls_wasm
-from ..formats.python_fmu import DESTRUCTOR, FINALIZER, VERSIONS
+from ..formats.python_fmu import DESTRUCTOR, FINALIZER, VERSIONS, keeps_what_it_gave_back
 from .process import OutOfTime
 from .subject import (
     CO_SIMULATION,
@@ -477,6 +477,15 @@ def heap_at_exit(fmu: Subject) -> Iterator[str]:
         found = fmu.inspected(binary)
         if FINALIZER in found["exports"] and DESTRUCTOR in found.get("destructors", ()):
             harm = "corrupts the heap when its host's process ends, which may abort that"
+            yield Advice(f"{binary}, of PythonFMU {VERSIONS}, {harm}: linkage-fmu mend takes it out")
+
+
+def heap_after_error(fmu: Subject) -> Iterator[str]:
+    """PythonFMU's library uses objects that it gave back, after an exception of the slave."""
+    for binary in some_binaries(fmu):
+        is_of_python_fmu = FINALIZER in fmu.inspected(binary)["exports"]
+        if is_of_python_fmu and keeps_what_it_gave_back((fmu.folder / binary).read_bytes()):
+            harm = "uses freed objects after an error in its slave, which may end its host by a signal"
             yield Advice(f"{binary}, of PythonFMU {VERSIONS}, {harm}: linkage-fmu mend takes it out")
 
 

@@ -96,6 +96,7 @@ CHECKS = (
     static("libraries", "needed ones are on every machine, or inside", PEP, "2.5", files.libraries),
     static("glibc", "runs with a glibc as old as --glibc", PEP, PEP, files.glibc),
     static("heap-at-exit", "no library known to corrupt its host at exit", "-", "-", files.heap_at_exit),
+    static("heap-after-error", "nor one known to do so after an error", "-", "-", files.heap_after_error),
     live("load", "the binary loads, and is of this FMI version", "2.1.4", "2.3", runs.load),
     live("instance", "made with the description's token", "2.1.5", "2.3", runs.instance, "load"),
     live("token", "no instance with any other", "2.1.5", "2.3", runs.token, "instance"),

@@ -78,13 +78,19 @@ def run(command: Sequence[str], folder: Path, **environment: str) -> subprocess.
 
 
 def unmended(fmu: Path, folder: Path) -> Path:
-    """A copy with PythonFMU's own library in it."""
-    (library,) = (file for file in metadata.files("pythonfmu") or [] if file.name == "libpythonfmu-export.so")
+    """A copy with PythonFMU's own libraries in it."""
     copy = folder / fmu.name
     with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(copy, "w") as new:
         for name in old.namelist():
-            new.writestr(name, library.read_binary() if name.endswith(".so") else old.read(name))
+            is_library = name.startswith("binaries/") and not name.endswith("/")
+            new.writestr(name, own_library(Path(name).suffix) if is_library else old.read(name))
     return copy
+
+
+def own_library(suffix: str) -> bytes:
+    """As PythonFMU brings it, for Linux (".so") or Windows (".dll")."""
+    (library,) = (file for file in metadata.files("pythonfmu") or [] if file.name.endswith(f"pythonfmu-export{suffix}"))
+    return library.read_binary()
 
 
 def unmended_system(folder: Path) -> Path:

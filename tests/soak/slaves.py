@@ -27,15 +27,22 @@ CALLBACKS = Callbacks(LOGGER(lambda *_: None))
 START, STEP = ctypes.c_double(0), ctypes.c_double(0.01)
 
 
-def run(folder: Path) -> None:
+def library_of(folder: Path) -> tuple[ctypes.CDLL, bytes]:
+    """The library in an unpacked FMU, loaded, and the FMU's token."""
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
     name = root.find("CoSimulation").get("modelIdentifier")
-    library = ctypes.CDLL(str(folder / "binaries" / "linux64" / f"{name}.so"))
+    place, suffix = ("win64", "dll") if sys.platform == "win32" else ("linux64", "so")
+    library = ctypes.CDLL(str(folder / "binaries" / place / f"{name}.{suffix}"))
     library.fmi2Instantiate.restype = ctypes.c_void_p
+    return library, root.get("guid").encode()
+
+
+def run(folder: Path) -> None:
+    library, token = library_of(folder)
     instance = library.fmi2Instantiate(
-        b"slave", 1, root.get("guid").encode(), (folder / "resources").as_uri().encode(), ctypes.byref(CALLBACKS), 0, 0
+        b"slave", 1, token, (folder / "resources").as_uri().encode(), ctypes.byref(CALLBACKS), 0, 0
     )
-    assert instance, f"{name} gives no instance"
+    assert instance, f"{folder.name} gives no instance"
     instance = ctypes.c_void_p(instance)
     for function, *arguments in (
         ("fmi2SetupExperiment", 0, START, START, 0, START),
@@ -45,7 +52,7 @@ def run(folder: Path) -> None:
         ("fmi2Terminate",),
     ):
         status = getattr(library, function)(instance, *arguments)
-        assert status == 0, f"{name}: {function} returned {status}"
+        assert status == 0, f"{folder.name}: {function} returned {status}"
     library.fmi2FreeInstance(instance)
 
 

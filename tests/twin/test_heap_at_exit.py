@@ -10,7 +10,6 @@ import struct
 import subprocess
 import sys
 import zipfile
-from importlib import metadata
 from pathlib import Path
 
 import fmpy
@@ -24,7 +23,7 @@ from fmu_src.validation.process import PROBE
 from fmu_src.validation.subject import Options
 from fmu_src.validation.table import NAMES_OF_LIVE, PASSED, WARNED, validate
 from tests.soak import heap_at_exit
-from tests.soak.heap_at_exit import PARTNERS, TWIN, processes, run, unmended, unmended_system
+from tests.soak.heap_at_exit import PARTNERS, TWIN, own_library, processes, run, unmended, unmended_system
 
 SOAK = Path(heap_at_exit.__file__).parent
 linux = pytest.mark.skipif(
@@ -38,16 +37,15 @@ def content(fmu: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def library_of(fmu: Path) -> bytes:
-    (library,) = (data for name, data in content(fmu).items() if name.endswith(".so"))
+def library_of(fmu: Path, suffix: str = ".so") -> bytes:
+    (library,) = (data for name, data in content(fmu).items() if name.endswith(suffix))
     return library
 
 
 @pytest.fixture(scope="module")
 def original() -> bytes:
     """PythonFMU's own library."""
-    (file,) = (file for file in metadata.files("pythonfmu") or [] if file.name == "libpythonfmu-export.so")
-    return file.read_binary()
+    return own_library(".so")
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +67,12 @@ def freed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @SHIPPED
 def test_what_ships_is_mended(fmu: Path, original: bytes):
-    """One byte differs from PythonFMU's library; Windows' is PythonFMU's own."""
-    shipped = library_of(fmu)
-    assert shipped == mended_library(original, "its own") != original
-    assert sum(a != b for a, b in zip(shipped, original, strict=True)) == 1
+    """1 byte differs for the exit; for exceptions 23 on Linux, 21 on Windows."""
+    for own, bytes_changed in ((original, 24), (own_library(".dll"), 21)):
+        suffix = ".so" if own is original else ".dll"
+        shipped = library_of(fmu, suffix)
+        assert shipped == mended_library(own, "its own")
+        assert sum(a != b for a, b in zip(shipped, own, strict=True)) == bytes_changed
     assert mended(content(fmu)) == {}
 
 
@@ -94,9 +94,12 @@ def test_the_validator_tells_them_apart(faulty: Path):
     """What ships is silent, PythonFMU's own library is named with the cure; nothing of it is run."""
     skip = frozenset(NAMES_OF_LIVE)
     for fmu, outcome in ((TWIN, PASSED), (faulty, WARNED)):
-        (found,) = (each for each in validate(fmu, Options(skip=skip)) if each.title == "heap-at-exit")
-        assert found.outcome == outcome
-    assert "linux64" in found.advice[0] and "linkage-fmu mend" in found.advice[0]
+        found = {each.title: each for each in validate(fmu, Options(skip=skip)) if each.title.startswith("heap-")}
+        assert {each.outcome for each in found.values()} == {outcome}
+    (at_exit,), after_error = found["heap-at-exit"].advice, found["heap-after-error"].advice
+    assert "linux64" in at_exit and "linkage-fmu mend" in at_exit
+    assert [place in line for place, line in zip(("linux64", "win64"), after_error, strict=True)] == [True, True]
+    assert all("linkage-fmu mend" in line for line in after_error)
 
 
 def under_valgrind(fmus: list[Path], folder: Path) -> str:
@@ -142,7 +145,7 @@ def test_a_scene_lets_go_of_a_faulty_partner(freed: dict[str, str], tmp_path: Pa
 @linux
 def test_the_validators_process_ends_well(faulty: Path, freed: dict[str, str], tmp_path: Path):
     folder = fmpy.extract(str(faulty), str(tmp_path / "fmu"))
-    job = {"do": "instance", "folder": str(folder), "kind": "CoSimulation", "limit": 60, "number": 1}
+    job = {"number": 1, "do": "instance", "folder": str(folder), "kind": "CoSimulation", "limit": 60}
     done = subprocess.run(
         [sys.executable, str(PROBE), str(tmp_path / "trace")], input=json.dumps(job) + "\n",
         env=os.environ | freed, capture_output=True, text=True,
@@ -170,7 +173,10 @@ def test_mend_command(
             (e.filename, e.date_time, e.external_attr) for e in new.infolist()
         ]
     before, after = content(faulty), content(copies[0])
-    assert {name for name in before if before[name] != after[name]} == {"binaries/linux64/TransplanterLinkageTwin.so"}
+    libraries = {
+        f"binaries/{place}/TransplanterLinkageTwin.{end}" for place, end in (("linux64", "so"), ("win64", "dll"))
+    }
+    assert {name for name in before if before[name] != after[name]} == libraries
     assert library_of(copies[0]) == mended_library(original, "its own")
     time = copies[0].stat().st_mtime_ns
     assert main(["mend", str(copies[0])]) == 0 and "was mended before" in capsys.readouterr().out
@@ -190,6 +196,14 @@ def changed(library: bytes, what: str) -> bytes:
         "more destructors": (array, array[:24] + struct.pack("<Q", 24)),
         "other destructors": (array, array[:8] + struct.pack("<Q", 0x44248) + array[16:]),
         "no destructors": (array[16:24], struct.pack("<q", 0x6FFFFEF5 + 10)),
+        # three references are counted down, the first unless it is immortal
+        "another handler": (
+            bytes.fromhex("498b7d684885ff74118b0785c0780b"),
+            bytes.fromhex("498b7d684885ff74118b0785c0790b"),
+        ),
+        "no handler": (b"19handle_py_exceptionE", b"19handle_py_exceptiomE"),
+        # before the slave's arguments are made (xor edi, edi), also where an instance is made
+        "another reset": (bytes.fromhex("83e80189070f848801000031ff"), bytes.fromhex("83e80289070f848801000031ff")),
     }[what]
     assert library.count(old) >= 1
     return library.replace(old, new)
@@ -202,7 +216,29 @@ CHANGES = {
     "more destructors": "onLibraryUnload is not the last of two destructors",
     "other destructors": "onLibraryUnload is not the last of two destructors",
     "no destructors": "it has no destructor onLibraryUnload",
+    "another handler": "handle_py_exception gives back something else",
+    "no handler": "handle_py_exception gives back something else",
+    "another reset": "a reset gives back something else",
 }
+WINDOWS = {
+    "no finalizer": (b"finalizePythonInterpreter", b"finalizePythonInterpretor", "it exports no finalizePython"),
+    "no handler": (
+        b"?handle_py_exception@PySlaveInstance", b"?handle_py_exceptiom@PySlaveInstance",
+        "it exports no single PySlaveInstance::handle_py_exception",
+    ),
+    "another handler": (
+        bytes.fromhex("488bcbe8fce4ffff"), bytes.fromhex("488bcae8fce4ffff"),
+        "handle_py_exception gives back something else",
+    ),
+    "another call": (
+        bytes.fromhex("488bcbe8fce4ffff"), bytes.fromhex("488bcbe8fde4ffff"),
+        "handle_py_exception calls something else than cleanPyObject",
+    ),
+    "another reset": (
+        bytes.fromhex("83e801890175 06ff15dd4f0000 33c9"), bytes.fromhex("83e802890175 06ff15dd4f0000 33c9"),
+        "a reset gives back something else",
+    ),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("what", "said"), CHANGES.items())
@@ -211,19 +247,32 @@ def test_an_unknown_library_is_refused(what: str, said: str, original: bytes):
         mended_library(changed(original, what), "lib.so")
 
 
+@pytest.mark.parametrize(("old", "new", "said"), WINDOWS.values(), ids=WINDOWS)
+def test_an_unknown_library_for_windows_is_refused(old: bytes, new: bytes, said: str):
+    library = own_library(".dll")
+    assert library.count(old) == 1
+    with pytest.raises(PythonFmuError, match=f"^lib.dll: not PythonFMU's library of 0.6.5 to 0.7.0: {said}"):
+        mended_library(library.replace(old, new), "lib.dll")
+
+
 @pytest.mark.parametrize(
     ("library", "said"),
     [
         (b"\x7fELF" + bytes(100), "it exports no finalizePythonInterpreter"),
         (b"\xcf\xfa\xed\xfe" + bytes(100), "neither a library for Linux nor for Windows"),
         (b"", "neither a library for Linux nor for Windows"),
-        (b"MZ", "no library of PythonFMU for Linux"),
+        (b"MZ", "it exports no finalizePythonInterpreter"),
     ],
-    ids=["broken", "macOS", "empty", "Windows alone"],
+    ids=["broken", "macOS", "empty", "broken, Windows"],
 )
 def test_no_library_that_is_known(library: bytes, said: str):
     with pytest.raises(PythonFmuError, match=said):
         mended({"binaries/any/lib": library, "binaries/any/": b"", "resources/x.so": b"\x7fELF"})
+
+
+def test_no_library():
+    with pytest.raises(PythonFmuError, match="no library of PythonFMU in binaries/"):
+        mended({"binaries/any/": b"", "resources/x.so": b"\x7fELF"})
 
 
 def test_no_zip(tmp_path: Path):

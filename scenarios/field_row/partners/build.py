@@ -60,7 +60,7 @@ def _build(source: Path, fmu: Path) -> None:
 
 
 def _mend(fmu: Path) -> None:
-    """Without PythonFMU's destructor that corrupts the heap when a process ends."""
+    """PythonFMU's library without what uses freed memory, after an exception and when a process ends."""
     command = [sys.executable, "-m", "transplanter_linkage", "mend", str(fmu)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
