@@ -22,7 +22,11 @@ ROOMS = {
     "fmu_src/fmi/web_assembly": ["tests/fmi/test_web_assembly.py"],
     "fmu_src/fmi": ["tests/fmi/test_state_machine.py", "tests/fmi/test_fmi3_state_machine.py"],
     "fmu_src/exporter": ["tests/exporter/test_generated_files.py", "tests/exporter/test_model_description.py"],
-    "fmu_src/formats": ["tests/exporter/test_reference.py", "tests/twin/test_heap_at_exit.py"],
+    "fmu_src/formats": [
+        "tests/exporter/test_reference.py",
+        "tests/twin/test_exceptions.py",
+        "tests/twin/test_heap_at_exit.py",
+    ],
     "fmu_src/twin": ["tests/twin/test_linkage.py"],
     "fmu_src/validation": ["tests/validation/test_traits.py", "tests/validation/test_validation.py"],
     "fmu_src/documentation": ["tests/exporter/test_documentation.py", "tests/documentation"],

@@ -2,8 +2,8 @@
 
 What a corrupt heap does at exit depends on where everything happens to lie. So each process runs 300 times, each time
 from a folder with a path of another length and with freed memory filled with other bytes (MALLOC_PERTURB_ of glibc).
-All must end with status 0. This is part of `make soak`; a run takes about 0.7 s of a processor, where
-Python finds its modules compiled.
+All must end with status 0. The pool, which ends two workers a run, runs half as often. This is part of `make soak`; how
+far it is stands on the screen, or in a line every 20th part where there is none.
 `--unmended` takes the library as PythonFMU built it: the twin in fmpy may then fail; the scenes let go of such slaves.
 
 tests/twin/test_heap_at_exit.py holds the same processes against valgrind and `freed.c`, which find the fault in one
@@ -13,13 +13,14 @@ run.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import subprocess
 import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from importlib import metadata
 from pathlib import Path
 
@@ -30,6 +31,8 @@ TWIN = ROOT / "build" / "twin" / "TransplanterLinkageTwin.fmu"
 PARTNERS = tuple(ROOT / "build" / "partners" / f"{name}.fmu" for name in ("Drivetrain", "Conveyor", "Soil"))
 SYSTEM = ROOT / "scenarios" / "field_row" / "row.toml"
 RUNS = 300
+PARTS = 20  # of all runs, after each of which a line is printed where there is no screen
+POOL = "rows in a pool"
 FILLINGS = ("", "1", "85", "165", "255")  # MALLOC_PERTURB_; "": left as it is
 LENGTHS = tuple(range(1, 200, 11))  # characters of the folder's name
 IN_FMPY = "import fmpy, sys; fmpy.simulate_fmu(sys.argv[1], stop_time=0.02, output_interval=0.01)"
@@ -39,7 +42,7 @@ from pathlib import Path
 from scenarios.field_row import run
 from scenarios.field_row.system import load_system
 row = run.row_of(load_system(Path(sys.argv[1])), 1)
-assert run.run(row.system, "extrapolated", 0.02, row.stop).holes"""
+assert run.run(row.system, "extrapolated", 0.02, 0.1).time[-1] == 0.1"""  # s: loading and ending take longer
 # as the study runs them: workers end by themselves, their status is asked for
 IN_A_POOL = """import multiprocessing, sys
 from concurrent.futures import ProcessPoolExecutor
@@ -48,9 +51,9 @@ from scenarios.field_row import run
 from scenarios.field_row.system import load_system
 row = run.row_of(load_system(Path(sys.argv[1])), 1)
 with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-    rows = [pool.submit(run.run, row.system, "extrapolated", 0.02, row.stop) for _ in range(2)]
+    rows = [pool.submit(run.run, row.system, "extrapolated", 0.02, 0.1) for _ in range(2)]
     workers = list(pool._processes.values())
-    assert all(row.result().holes for row in rows)
+    assert all(row.result().time[-1] == 0.1 for row in rows)
 status = {worker.exitcode for worker in workers}
 sys.exit(f"the workers ended with {status}" if status != {0} else 0)"""
 SECONDS = 900.0  # for one process, also under valgrind on a busy machine
@@ -64,7 +67,7 @@ def processes(twin: Path = TWIN, system: Path = SYSTEM) -> dict[str, list[str]]:
         "the twin in fmpy": [*python, "-c", IN_FMPY, str(twin)],
         "the SSP archive": [*python, "-m", "scenarios.field_row.ssp", *archive],
         "a short row": [*python, "-c", ROW, str(system)],
-        "rows in a pool": [*python, "-c", IN_A_POOL, str(system)],
+        POOL: [*python, "-c", IN_A_POOL, str(system)],
     }
 
 
@@ -118,20 +121,25 @@ def one(title: str, command: Sequence[str], scratch: Path, number: int) -> str:
     return f"{title}, run {number}, MALLOC_PERTURB_={filling or 'unset'}, {length} characters: {done.returncode} {said}"
 
 
-def soak(runs: int, chosen: dict[str, list[str]], workers: int) -> list[str]:
-    """How each run that did not end with 0 ended; each is printed as it comes."""
+def soak(runs: int, chosen: dict[str, list[str]], workers: int) -> tuple[dict[str, int], list[str]]:
+    """Runs of each process, and how each that did not end with 0 ended, which is printed as it comes."""
+    counts, failed = dict.fromkeys(chosen, 0), []
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(workers) as pool:
-        jobs = [
-            pool.submit(one, title, command, Path(scratch), number)
+        jobs = {
+            pool.submit(one, title, command, Path(scratch), number): title
             for number in range(runs)
             for title, command in chosen.items()
-        ]
-        failed = []
-        for job in tqdm(jobs, unit="run", leave=False, disable=None):
+            if title != POOL or number % 2 == 0
+        }
+        part = math.ceil(len(jobs) / PARTS)
+        for done, job in enumerate(tqdm(as_completed(jobs), total=len(jobs), unit="run", leave=False, disable=None), 1):
+            counts[jobs[job]] += 1
             if ended := job.result():
                 tqdm.write(ended)
                 failed.append(ended)
-        return failed
+            if done % part == 0 and not sys.stderr.isatty():
+                print(f"{done} of {len(jobs)} runs, {len(failed)} did not end with status 0", flush=True)
+    return counts, failed
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -144,8 +152,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         chosen = processes(unmended(TWIN, folder), unmended_system(folder)) if options.unmended else processes()
-        failed = soak(options.runs, chosen, options.workers)
-    print(f"{options.runs} runs each of {', '.join(chosen)}: {len(failed)} did not end with status 0")
+        counts, failed = soak(options.runs, chosen, options.workers)
+    ran = ", ".join(f"{count} of {title}" for title, count in counts.items())
+    print(f"runs: {ran}; {len(failed)} did not end with status 0")
     return int(bool(failed))
 
 
