@@ -115,6 +115,9 @@ export class Controls {
     event.preventDefault();
     const step = (sign * (event.shiftKey ? 0.1 : 1)) / finer(row);
     const shown = Math.round((Number(row.slider.value) + step) * 100 * finer(row)) / (100 * finer(row));
+    // At once, for a key that comes before the next picture.
+    put(row.slider, { min: Math.min(Number(row.slider.min), shown), max: Math.max(Number(row.slider.max), shown) });
+    row.slider.value = String(shown);
     this.change(row.quantity.name, shown / row.factor, true);
   }
 

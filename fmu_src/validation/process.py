@@ -96,8 +96,9 @@ class Probe:
                 )  # fmt: skip
         self._threads = [
             threading.Thread(target=target, args=(self._process,), daemon=True)
-            for target in (self._feed, self._read_answers, self._read_printed, self._read_end)
+            for target in (self._feed, self._read_answers, self._read_end, self._read_printed)
         ]
+        self._printing = self._threads[-1]
         for thread in self._threads:
             thread.start()
 
@@ -165,6 +166,7 @@ class Probe:
 
     def _problem(self, failure: str) -> str:
         """What `_wait` returned, with the function and with what was printed."""
+        self._printing.join(SOON)
         trace = ""
         with contextlib.suppress(OSError), self._trace.open(errors="replace") as file:
             trace = file.read(1 << 16)

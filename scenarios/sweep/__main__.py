@@ -39,7 +39,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from dask import config
-from dask.distributed import Client, Future, LocalCluster, as_completed
+from dask.distributed import Client, Future, LocalCluster, as_completed, wait
 from dask.system import CPU_COUNT
 from filelock import FileLock, Timeout
 from fmpy import read_model_description
@@ -246,13 +246,14 @@ def sweep(
         running.update(begun)
         return list(begun)
 
-    def finish(future: Future, alone: bool, seconds: float = 0.0) -> None:
+    def finish(future: Future, is_guilty: bool, seconds: float = 0.0) -> None:
+        """Keep its row. is_guilty: if its process has ended, then through this run."""
         key, parameters = point = running.pop(future)
         if future.status == "finished":
             row = future.result()
         elif future.status != "error":
             raise SweepError("The Dask cluster is gone. What was done is kept: the same command goes on from there.")
-        elif not alone:  # its worker's process ended, through this run or through another one that waited there
+        elif not is_guilty:
             suspects.append(point)
             return
         else:
@@ -269,12 +270,19 @@ def sweep(
 
     queue = as_completed(start(itertools.islice(missing, AHEAD * max(1, len(client.nthreads())))))
     for future in queue:
-        finish(future, alone=False)
+        finish(future, is_guilty=False)
         queue.update(start(itertools.islice(missing, 1)))
-    for point in suspects:
-        begin = time.monotonic()
-        for future in as_completed(start([point])):
-            finish(future, alone=True, seconds=time.monotonic() - begin)
+    # A process ended through this run, through another one that waited there, or through the machine: once more,
+    # alone, and what ends it then once more again.
+    attempts = 2
+    for attempt in range(1, attempts + 1):
+        again, suspects[:] = tuple(suspects), ()
+        for point in again:
+            begin = time.monotonic()
+            (future,) = start([point])
+            wait(future)
+            seconds = time.monotonic() - begin
+            finish(future, attempt == attempts or seconds >= limit, seconds)
 
 
 def front(values: np.ndarray) -> np.ndarray:
