@@ -81,8 +81,9 @@ dist: $(VENV)/ready-test   ## make the wheel and the FMUs for every platform in 
 bench: $(VENV)/ready-bench build   ## measure speed against error beside other packages, the cost of a step, and the hard cases (tens of minutes)
 	$(BIN)/python -m scenarios.speed_vs_error
 
-soak: $(VENV)/ready-test build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting, 900 processes with PythonFMU in them (40 min)
+soak: $(VENV)/ready-test build   ## run the long tests: millions of random calls under sanitizers, 200 hours of planting, 10,000 ugly step histories of each of 11 kinds, 900 processes with PythonFMU in them (40 min)
 	$(BIN)/python -m tests.soak.hostile
+	$(BIN)/python -m tests.soak.histories
 	$(BIN)/python -m tests.soak.heap_at_exit
 
 hosts: $(VENV)/ready-test   ## run the FMUs in hosts and checkers that others wrote, and on other platforms; HOST=Ecos: that one alone (10 min; 10 more the first time; says what it fetches)

@@ -128,6 +128,23 @@ static COMPONENT_RARELY void add_to_fit(Fit *fit, CrankSource source, double gap
     fit_add(fit, gap / fade_time(input), change, degree_of(source));
 }
 
+/* Whether it has met samples over steps like that, or goes no farther in `ahead` seconds than the
+ * last samples bear out, but for noise. */
+static COMPONENT_RARELY bool fit_is_believed(const Crank *crank, const Samples *older,
+                                             const SampleTimes *times, double ahead,
+                                             const CrankInput *input) {
+    double time = ahead / fade_time(input), change = fit_change(&crank->fit, time);
+    if (time <= FIT_LONGEST * crank->fit.met
+        && fabs(change) <= FIT_STEEPEST * crank->fit.slope * time)
+        return true;
+    int degree = degree_of((CrankSource)crank->source);
+    LastSlopes last = last_slopes(&crank->samples, older, times, degree);
+    double farthest = farthest_change(&last, &crank->samples, times, degree, change, ahead);
+    if (degree < 3)
+        farthest = fmin(farthest, farthest_of_a_rate(&last, &crank->samples, times));
+    return fabs(change) <= farthest + FIT_OUTLIER * fmin(crank->fit.noise, crank->fit.missed);
+}
+
 /* What continues the fit: its motion at the newest sample instead of the trend of the samples. */
 static COMPONENT_RARELY CrankMotion smooth_motion(const Fit *fit, CrankSource source,
                                                   const CrankInput *input) {
@@ -155,10 +172,12 @@ void crank_drop_samples(Crank *crank, SampleTimes *times, double gap, double h) 
     CrankSource source = (CrankSource)crank->source;
     Samples *samples = &crank->samples;
     int64_t left = samples->count;
+    double since_newest = gap, rise = 0.0;
     for (bool again = false; samples_are_close(gap, h) && left > 0; again = true) {
         double last = times->gap[0], dropped = samples->newest;
         double step = samples_drop(samples, times, degree_of(source));
         left -= 1;
+        rise += step;
         if (again) /* what a full history has in reserve is gone */
             *samples = (Samples){samples->newest, samples->first, 0.0, 0.0, left};
         if (source == SOURCE_ANGLE) {
@@ -173,7 +192,9 @@ void crank_drop_samples(Crank *crank, SampleTimes *times, double gap, double h) 
         gap += last;
     }
     sample_times_add(times, gap);
-    times->are_merged = 1;
+    times->are_equal = 0; /* the next step has its own, with nothing left out */
+    times->skipped_gap = since_newest;
+    times->skipped_rise = rise;
 }
 
 void crank_start(Crank *crank, const CrankInput *input) {
@@ -194,6 +215,7 @@ void crank_start(Crank *crank, const CrankInput *input) {
  * more than 1.5 times as much does, where it is more than 0.55 of the way (no tie of whole parts).
  */
 static const double MOST_EVIDENCE = 0.02; /* rad, about a degree */
+enum { AGREEMENTS = 2 }; /* in a row, until it is believed again: a jump may make one */
 
 static double no_more_than(double most, double value) { return fmax(-most, fmin(most, value)); }
 
@@ -206,27 +228,32 @@ static COMPONENT_RARELY CrankDoubt doubt_after(CrankDoubt doubt, double change, 
     doubt.moved += fmin(MOST_EVIDENCE, greatest);
     double missed = fabs(doubt.missed);
     if (doubt.is_ignored)
-        return doubt.moved > 4 * MOST_EVIDENCE && missed < 0.23 * doubt.moved ? none
-               : doubt.moved > 8 * MOST_EVIDENCE ? (CrankDoubt){.is_ignored = 1}
+        return doubt.moved > 4 * MOST_EVIDENCE && missed < 0.23 * doubt.moved
+                   ? (CrankDoubt){.is_ignored = doubt.is_ignored - 1}
+               : doubt.moved > 8 * MOST_EVIDENCE ? (CrankDoubt){.is_ignored = AGREEMENTS}
                                                  : doubt;
     if (missed > 1.5 * MOST_EVIDENCE && missed > 0.55 * doubt.moved)
-        return (CrankDoubt){.is_ignored = 1};
+        return (CrankDoubt){.is_ignored = AGREEMENTS};
     if (doubt.moved > 8 * MOST_EVIDENCE) /* and nothing came of it */
         return none;
     return doubt;
 }
 
-/* The same for the steps of each second: nearly all agree. *is_contradicted: this sample tells by
- * itself that one of the two is wrong. */
-static inline CrankDoubt doubt_of_speed(const Crank *before, const CrankInput *input, double gap,
-                                        double change, bool *is_contradicted) {
-    double told = 0.5 * (before->w + input->w) * gap, missed = fabs(change - told);
-    *is_contradicted = false;
-    if (missed <= 0.25 * fabs(change) && before->doubt.moved == 0.0 && !before->doubt.is_ignored)
-        return before->doubt;
+/* Whether a step needs no second look at crank.w: nearly none does. told: how far the angle moved
+ * by the speeds. */
+static inline bool speed_agrees(const Crank *before, double change, double told) {
+    return fabs(change - told) <= 0.25 * fabs(change) && before->doubt.moved == 0.0
+           && !before->doubt.is_ignored;
+}
+
+/* Fills in *doubt, as it is after this sample; returns whether the sample tells by itself that
+ * angle or speed is wrong. */
+static COMPONENT_RARELY bool look_at_speed(const Crank *before, const CrankInput *input, double gap,
+                                           double change, double told, CrankDoubt *doubt) {
+    double missed = fabs(change - told);
     double greatest = fmax(fabs(change), fmax(fabs(before->w), fabs(input->w)) * gap);
-    *is_contradicted = missed > MOST_EVIDENCE && missed > 0.5 * greatest;
-    return doubt_after(before->doubt, change, told, greatest);
+    *doubt = doubt_after(before->doubt, change, told, greatest);
+    return missed > MOST_EVIDENCE && missed > 0.5 * greatest;
 }
 
 /* ---- the step -----------------------------------------------------------------------------------
@@ -246,9 +273,9 @@ static double whole_turns(double change, double expected, bool is_told) {
 int crank_advance(const Crank *before, const SampleTimes *times, const CrankInput *input, double h,
                   Crank *restrict after) {
     int noticed = 0;
+    after->doubt = before->doubt;
     double change = input->phi - before->phi;
     bool is_first = before->samples.count == 0, is_contradicted = false;
-    CrankDoubt doubt = before->doubt;
     CrankSource source = best_source(before, input);
     if (!is_first) {
         CrankMotion expected = before->end;
@@ -265,17 +292,21 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
             noticed = is_first ? CRANK_RESTARTED : CRANK_UNWRAPPED;
         }
         /* angles of step ends may sweep as they like: nothing is predicted by the speed */
-        if (!input->at_step_end && (before->source != SOURCE_ANGLE || doubt.is_ignored)) {
-            doubt = doubt_of_speed(before, input, times->gap[0], change, &is_contradicted);
-            if (doubt.is_ignored) {
-                source = SOURCE_ANGLE;
-                noticed |= before->doubt.is_ignored ? 0 : CRANK_SPEED_IGNORED;
+        if (!input->at_step_end && (before->source != SOURCE_ANGLE || before->doubt.is_ignored)) {
+            double gap = times->gap[0], told = 0.5 * (before->w + input->w) * gap;
+            if (!speed_agrees(before, change, told)) {
+                is_contradicted = look_at_speed(before, input, gap, change, told, &after->doubt);
+                if (after->doubt.is_ignored) {
+                    source = SOURCE_ANGLE;
+                    noticed |= before->doubt.is_ignored ? 0 : CRANK_SPEED_IGNORED;
+                }
             }
         }
     }
     static const Samples none;
     const Samples *older = is_first ? &none : &before->samples;
     Samples others;
+    SampleTimes of_others;
     if (!is_first && source != before->source) {
         if (source < (CrankSource)before->source) {
             others = (Samples){.newest = before->phi, .count = 1};
@@ -286,11 +317,13 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
                 others.newest = before->end.a;
         }
         older = &others;
+        of_others = *times; /* what was left out did not rise */
+        of_others.skipped_rise = 0.0;
+        times = &of_others;
     }
     after->phi = input->phi;
     after->w = input->w;
     after->source = source;
-    after->doubt = doubt;
     after->is_told = source != SOURCE_ANGLE || are_set(input, &input->phi_derivatives);
     double ahead = input->at_step_end ? 0.0 : h;
     Derivatives trend = add_sample(&after->samples, older, source, times, input, change, ahead);
@@ -305,7 +338,8 @@ int crank_advance(const Crank *before, const SampleTimes *times, const CrankInpu
             change = after->samples.newest - older->newest;
         add_to_fit(&after->fit, source, times->gap[0], change, input);
         if (fit_is_proven(&after->fit, ahead / fade_time(input), degree_of(source))
-            && !is_contradicted && !are_set(input, source_derivatives(source, input)))
+            && fit_is_believed(after, older, times, ahead, input) && !is_contradicted
+            && !are_set(input, source_derivatives(source, input)))
             motion = smooth_motion(&after->fit, source, input);
     }
     after->end = input->at_step_end ? motion : motion_after(motion, h);

@@ -42,7 +42,7 @@ typedef enum { SOURCE_ANGLE, SOURCE_SPEED, SOURCE_ACCELERATION } CrankSource;
 typedef struct {
     double missed;  /* by how much the angle moved beyond what the speeds say */
     double moved;   /* how far either of them moved */
-    int64_t is_ignored; /* crank.w is not believed */
+    int64_t is_ignored; /* crank.w is not believed: how often the two must agree until it is */
 } CrankDoubt;
 
 /* All that the prediction remembers. Plain data: 8-byte members only. */

@@ -20,6 +20,8 @@ typedef struct {
     int64_t useless; /* of the last samples: those that holding the signal would have met as well */
     double noise; /* by how much the others lay off what the fit expected, of late */
     double missed, moved; /* by how much the last few samples lay off, and how far they moved */
+    double met; /* the longest time over which it met a sample, since one that spoke against it */
+    double slope; /* of the signal over that time, its magnitude */
 } Fit;
 
 /* A sample is no noise where it lies this many times farther off than others did of late, and the
@@ -30,6 +32,9 @@ enum { FIT_MOST_USELESS = 2 };
 /* Nor is a fit to this many samples and more, of which the last few lie so much farther off than
  * they move: whiteness of noise alone makes it 0.7 to 1. */
 static const double FIT_MANY = 10.0, FIT_WORSE = 1.5, FIT_FEW = 1.0 / 4.0;
+/* It met one that is off by less than this share of its change, and is believed for that time,
+ * somewhat longer, and a slope so many times as steep. */
+static const double FIT_MET = 0.1, FIT_LONGEST = 1.25, FIT_STEEPEST = 2.0;
 static const double FIT_LEARNING = 1.0 / 16.0; /* of the noise, from one sample */
 
 /* What remains of the weight of a sample after `time`: e^-time to third order, in arithmetic that
@@ -76,6 +81,7 @@ static inline void fit_restart(Fit *fit, bool was_flat) {
     static const Fit nothing;
     if (!was_flat)
         *fit = nothing;
+    fit->met = 0.0;
     for (int i = 0; i <= FIT_MAX_DEGREE; ++i)
         fit->coefficient[i] = 0.0;
 }
@@ -91,11 +97,23 @@ static inline bool fit_is_proven(const Fit *fit, double ahead, int degree) {
     return fit->count > degree + 1 && fit->useless == 0 && fit_reaches(fit, ahead);
 }
 
+/* Where it ends `ahead`, above the newest sample. */
+static inline double fit_change(const Fit *fit, double ahead) {
+    const double *c = fit->coefficient;
+    return c[0] + ahead * (c[1] + ahead * (c[2] + ahead * c[3]));
+}
+
 /* What a sample tells of the fit that expected it `off`. Of noise, the second useless one tells the
  * most that its change shows: little after a jump. */
-static inline void fit_try(Fit *fit, double off, double change) {
+static inline void fit_try(Fit *fit, double gap, double off, double change) {
     bool is_useless = off > FIT_OUTLIER * fit->noise && off > FIT_USELESS * change;
     fit->useless = is_useless ? fit->useless + 1 : 0;
+    if (is_useless)
+        fit->met = 0.0;
+    else if (off < FIT_MET * change && gap >= fit->met) {
+        fit->met = gap;
+        fit->slope = change / gap;
+    }
     if (fit->useless != 1)
         fit->noise += FIT_LEARNING * (fmin(off, is_useless ? change : off) - fit->noise);
     fit->missed += FIT_FEW * (off - fit->missed);
@@ -121,7 +139,7 @@ static inline void fit_add(Fit *fit, double gap, double change, int degree) {
         if (!fit_reaches(fit, gap)) {
             fit->count = count - 1; /* what it expects here is no test of it */
         } else if (fit->count > degree) {
-            fit_try(fit, fabs(c[0]), fabs(change));
+            fit_try(fit, gap, fabs(c[0]), fabs(change));
             if (fit_is_worse(fit)) {
                 *fit = (Fit){.moment = {1.0}, .count = 1, .noise = fit->noise};
                 return;

@@ -21,8 +21,10 @@
 typedef struct {
     double gap[3];
     double per_span[3];
-    int64_t are_equal;  /* the gaps, as under a constant step: nothing changes then */
-    int64_t are_merged; /* samples within the newest gap were left out */
+    int64_t are_equal; /* the gaps, as under a constant step: nothing changes then */
+    /* Where samples within the newest gap were left out: the time since the newest of them (else
+     * 0), and by how much it lay above the one before the gap. */
+    double skipped_gap, skipped_rise;
 } SampleTimes;
 
 /* Divided differences of order 1, 2 and 3 at the newest of `count` samples; those for which
@@ -74,8 +76,10 @@ static inline void sample_times_add(SampleTimes *times, double gap) {
     times->per_span[1] = 1.0 / second;
     times->per_span[2] = 1.0 / third;
     times->are_equal = gap == times->gap[1] && gap == times->gap[2];
-    times->are_merged = 0;
+    times->skipped_gap = times->skipped_rise = 0.0;
 }
+
+static inline bool are_merged(const SampleTimes *times) { return times->skipped_gap > 0.0; }
 
 /* Forgets all but one first sample. */
 static inline void samples_start(Samples *samples, double value) {
@@ -127,14 +131,24 @@ static inline bool slope_jumped(double slope_before, double expected, double cha
  * Each change between samples is what holding the signal would have missed by. A prediction that
  * goes at most 5/3 as far as the largest of them misses by at most 2.5 times what holding misses,
  * a from-rest parabola (changes 1, 3, then 5) just passes, and nothing else need be known. Farther,
- * as where steps grow, it is believed as far as the slopes bear it out. */
+ * as where steps grow or a signal turns, it is believed where the polynomial through the older
+ * samples has just met the newest one; else, as far as the slopes bear it out. What it missed by is
+ * of higher order in the step than what it goes: steps that vary keep their order. */
 static const double FARTHEST_CHANGE = 1.67; /* of the largest change between samples */
 static const double FARTHEST_OF_A_LINE = 3.0; /* likewise, of an acceleration */
+static const double GREATEST_MISS = 0.5; /* of it, that is expected of a polynomial believed */
+static const double GREATEST_CUBIC = 1.0 / 3.0; /* its last term, of the others together: leaps of a
+                                                 * coarse encoder every third step have 1/2 */
 static const double GREATEST_SLOPE = 3.0; /* of the largest slope of a smooth signal; 1 + r at the
                                            * vertex of a parabola, the next step r times as long */
-static const double GREATEST_UNPROVEN = 1.5; /* of the smaller of the last two slopes, elsewhere */
+static const double GREATEST_UNPROVEN = 1.5; /* of the smallest of the last slopes, elsewhere */
+static const double GREATEST_OF_A_RATE = 2.0; /* of the largest speed or acceleration: from -0.5
+                                               * over 0.5 to 1.5; more than that moves the angle
+                                               * farther than holding it ever missed by */
 /* Differences within this many units in the last place of the values are their rounding. */
 static const double ROUNDING = 16 * DBL_EPSILON;
+/* Steps this many times as long as the gap before them, and more, make it worth a look. */
+static const double LONG_STEP = 2.0;
 
 /* Newton's form of the polynomial at the newest sample; one, two: seconds to the samples before. */
 typedef struct {
@@ -146,47 +160,142 @@ static inline double polynomial_change(const Polynomial *p, double h) {
     return h * (p->first + (h + p->one) * (p->second + (h + p->two) * p->third));
 }
 
-/* How far a prediction over h seconds is believed to go. */
-static inline double farthest_change(const Samples *samples, const Samples *older,
-                                     const SampleTimes *times, int degree, bool is_smooth,
-                                     double h) {
-    bool has_reserve = times->are_merged && older->count > degree; /* see samples_drop */
-    int64_t count = has_reserve ? degree : older->count;
-    double slope[3] = {samples->first, count >= 2 ? older->first : 0.0,
-                       count >= 3 ? older->first - older->second * (times->gap[1] + times->gap[2])
-                                  : 0.0};
-    double change = 0.0, steepest = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        change = fmax(change, fabs(slope[i] * times->gap[i]));
-        steepest = fmax(steepest, fabs(slope[i]));
+/* Less the differences that are rounding; three: seconds to the third sample before. */
+static COMPONENT_RARELY Polynomial polynomial_without_rounding(Polynomial p, const Samples *samples,
+                                                               double three) {
+    double rounding = ROUNDING * fabs(samples->newest);
+    if (fabs(p.first * p.one) <= rounding)
+        p.first = 0.0;
+    if (fabs(p.second * p.one * p.two) <= rounding) {
+        p.second = 0.0;
+        if (fabs(p.third * p.one * p.two * three) <= 4 * rounding)
+            p.third = 0.0;
     }
-    double believed = is_smooth ? GREATEST_SLOPE * steepest
-                                : GREATEST_UNPROVEN * fmin(fabs(slope[0]), fabs(slope[1]));
-    return fmax((degree > 1 ? FARTHEST_CHANGE : FARTHEST_OF_A_LINE) * change,
-                believed * fmin(h, MOST_GROWTH * times->gap[0]));
+    return p;
+}
+
+/* The last slopes, at most three, the newest first; 0 where there are too few samples. */
+typedef struct {
+    double slope[3];
+    bool are_three;
+    double largest_change; /* that holding the signal missed by */
+} LastSlopes;
+
+static inline LastSlopes last_slopes(const Samples *samples, const Samples *older,
+                                     const SampleTimes *times, int degree) {
+    bool has_reserve = are_merged(times) && older->count > degree; /* see samples_drop */
+    int64_t count = has_reserve ? degree : older->count;
+    LastSlopes last = {.slope = {samples->first}, .are_three = count >= 3};
+    if (count >= 2)
+        last.slope[1] = older->first;
+    if (last.are_three)
+        last.slope[2] = older->first - older->second * (times->gap[1] + times->gap[2]);
+    double newest = fabs(samples->first * times->gap[0]), largest = newest;
+    if (are_merged(times)) /* of angles, one of the two that it is made of; a jump of the speed is
+                            * no angle that was missed by */
+        largest = degree == 3 ? fmax(fabs(times->skipped_rise),
+                                     fabs(samples->first * times->gap[0] - times->skipped_rise))
+                              : 0.0;
+    if (degree == 3 || !are_merged(times))
+        for (int i = 1; i < 3; ++i)
+            largest = fmax(largest, fabs(last.slope[i] * times->gap[i]));
+    last.largest_change = largest;
+    return last;
+}
+
+/* The slope of a signal that is not known to be smooth: the smallest of the last three, where there
+ * are so many, and no more than that since the newest sample that was left out, but for rounding.
+ */
+static inline double proven_slope(const LastSlopes *last, const Samples *samples,
+                                  const SampleTimes *times) {
+    double slope = smaller_slope(last->slope[0], last->slope[1]);
+    if (last->are_three)
+        slope = smaller_slope(slope, last->slope[2]);
+    if (are_merged(times)) {
+        double rise = samples->first * times->gap[0] - times->skipped_rise;
+        double forward = slope < 0.0 ? -rise : rise;
+        double most = fmax(0.0, forward + ROUNDING * fabs(samples->newest)) / times->skipped_gap;
+        slope = fmax(-most, fmin(most, slope));
+    }
+    return slope;
+}
+
+/* How far a prediction over h seconds that changes the signal by `change` is believed to go: as far
+ * as it came, or the way that its slopes say. */
+static inline double farthest_change(const LastSlopes *last, const Samples *samples,
+                                     const SampleTimes *times, int degree, double change,
+                                     double h) {
+    double slope = GREATEST_UNPROVEN * proven_slope(last, samples, times);
+    double believed =
+        slope * change > 0.0 ? fabs(slope) * fmin(h, MOST_GROWTH * times->gap[0]) : 0.0;
+    double share = degree > 1 ? FARTHEST_CHANGE : FARTHEST_OF_A_LINE;
+    return fmax(share * last->largest_change, believed);
+}
+
+/* And of a speed or an acceleration. */
+static inline double farthest_of_a_rate(const LastSlopes *last, const Samples *samples,
+                                        const SampleTimes *times) {
+    double before = samples->newest - last->slope[0] * times->gap[0];
+    double first = before - last->slope[1] * times->gap[1];
+    return GREATEST_OF_A_RATE * fmax(fabs(samples->newest), fmax(fabs(before), fabs(first)));
+}
+
+/* Whether the polynomial of a full history is believed for h seconds: what the one before missed
+ * the newest sample by, grown as the distances to the samples do, is little. */
+static inline bool polynomial_is_borne_out(const Polynomial *p, const LastSlopes *last,
+                                           const Samples *samples, const Samples *older,
+                                           const SampleTimes *times, int degree, double h) {
+    double three = p->two + times->gap[2], missed, grown;
+    if (degree == 3) {
+        missed = (samples->second - older->second - older->third * three) * p->one * p->two;
+        grown = (h + three) / three;
+    } else {
+        missed = (samples->first - older->first - older->second * p->two) * p->one;
+        grown = 1.0;
+    }
+    double times_longer = h / p->one;
+    grown *= times_longer * (h + p->one) * (h + p->two) / (p->two * three);
+    grown *= fmax(1.0, times_longer); /* a chance meeting would be carried the farther */
+    double steepest = fmax(fabs(last->slope[0]), fmax(fabs(last->slope[1]), fabs(last->slope[2])));
+    double line = p->first, bend = p->second * (h + p->one),
+           cubic = p->third * (h + p->one) * (h + p->two);
+    return fabs(missed) * grown <= GREATEST_MISS * last->largest_change
+           && fabs(cubic) <= GREATEST_CUBIC * (fabs(line) + fabs(bend))
+           && fabs(line + bend + cubic) * h
+                  <= fmax(FARTHEST_CHANGE * last->largest_change,
+                          GREATEST_SLOPE * steepest * fmin(h, MOST_GROWTH * p->one));
 }
 
 /* Lowers the degree until the change over h seconds is believed, and unproven terms do not outweigh
  * the slope; at last, the smaller of the last two slopes goes on, and a single one not much farther
  * than it has come. */
-static COMPONENT_RARELY void polynomial_restrain(Polynomial *p, const Samples *samples,
-                                                 const Samples *older, const SampleTimes *times,
-                                                 int degree, bool is_smooth, double h) {
-    double farthest = farthest_change(samples, older, times, degree, is_smooth, h);
-    double most = is_smooth ? HUGE_VAL : fabs(p->first);
-    bool third_is_small = fabs(p->third * (h + p->one) * (h + p->two)) <= most;
-    bool second_is_small = fabs(p->second * (h + p->one)) <= most;
-    if (third_is_small && second_is_small && fabs(polynomial_change(p, h)) <= farthest)
-        return;
-    p->third = 0.0;
-    if (second_is_small && fabs(polynomial_change(p, h)) <= farthest)
-        return;
-    p->second = 0.0;
-    if (fabs(p->first * h) <= farthest)
-        return;
+static COMPONENT_RARELY Polynomial polynomial_restrain(Polynomial p, const Samples *samples,
+                                                       const Samples *older,
+                                                       const SampleTimes *times, int degree,
+                                                       bool is_smooth, double h) {
+    LastSlopes last = last_slopes(samples, older, times, degree);
+    if (is_smooth && polynomial_is_borne_out(&p, &last, samples, older, times, degree, h))
+        return p;
+    double change = polynomial_change(&p, h), most = fabs(p.first);
+    bool third_is_small = fabs(p.third * (h + p.one) * (h + p.two)) <= most;
+    bool second_is_small = fabs(p.second * (h + p.one)) <= most;
+    double rate = degree == 2 ? farthest_of_a_rate(&last, samples, times) : HUGE_VAL;
+    if (third_is_small && second_is_small
+        && fabs(change) <= fmin(rate, farthest_change(&last, samples, times, degree, change, h)))
+        return p;
+    p.third = 0.0;
+    change = polynomial_change(&p, h);
+    if (second_is_small
+        && fabs(change) <= fmin(rate, farthest_change(&last, samples, times, degree, change, h)))
+        return p;
+    p.second = 0.0;
+    double farthest = fmin(rate, farthest_change(&last, samples, times, degree, p.first, h));
+    if (fabs(p.first * h) <= farthest)
+        return p;
     if (older->count >= 2)
-        p->first = smaller_slope(samples->first, older->first);
-    p->first = fmax(-farthest, fmin(farthest, p->first * h)) / h;
+        p.first = smaller_slope(samples->first, older->first);
+    p.first = fmax(-farthest, fmin(farthest, p.first * h)) / h;
+    return p;
 }
 
 /* The time derivatives at the newest sample of the polynomial of degree 1 to 3 that continues the
@@ -196,9 +305,12 @@ static COMPONENT_RARELY void polynomial_restrain(Polynomial *p, const Samples *s
 static inline Derivatives samples_derivatives(const Samples *samples, const Samples *older,
                                               const SampleTimes *times, int degree, double h) {
     double one = times->gap[0], two = one + times->gap[1];
-    Polynomial p = {samples->first, samples->second, samples->third, one, two};
-    double change = p.first * one, rounding = ROUNDING * fabs(samples->newest);
-    bool is_smooth = degree > 1 && older->count > degree && !times->are_merged;
+    if (degree == 1 && h <= FARTHEST_OF_A_LINE * one) /* a step as long as others: as it is */
+        return (Derivatives){samples->first, 0.0, 0.0};
+    Polynomial p = {samples->first, degree >= 2 ? samples->second : 0.0,
+                    degree >= 3 ? samples->third : 0.0, one, two};
+    double change = p.first * one;
+    bool is_smooth = degree > 1 && older->count > degree && !are_merged(times);
     if (degree > 1 && older->count > degree) {
         bool is_cubic = degree == 3;
         double *slope = is_cubic ? &p.second : &p.first, *higher = is_cubic ? &p.third : &p.second;
@@ -210,16 +322,11 @@ static inline Derivatives samples_derivatives(const Samples *samples, const Samp
             is_smooth = false;
         }
     }
-    if (fabs(change) <= rounding)
-        p.first = 0.0;
-    if (fabs(p.second * one * two) <= rounding) {
-        p.second = 0.0;
-        if (fabs(p.third * one * two * (two + times->gap[2])) <= 4 * rounding)
-            p.third = 0.0;
-    }
+    if (h > LONG_STEP * one)
+        p = polynomial_without_rounding(p, samples, two + times->gap[2]);
     double farthest = degree > 1 ? FARTHEST_CHANGE : FARTHEST_OF_A_LINE;
-    if (!(fabs(polynomial_change(&p, h)) <= farthest * fabs(change)))
-        polynomial_restrain(&p, samples, older, times, degree, is_smooth, h);
+    if (!(fabs(polynomial_change(&p, h)) <= farthest * fabs(change)) || are_merged(times))
+        p = polynomial_restrain(p, samples, older, times, degree, is_smooth, h);
     /* first s + second s (s + one) + third s (s + one) (s + two), s = 0 at the newest sample */
     return (Derivatives){
         p.first + one * (p.second + two * p.third),

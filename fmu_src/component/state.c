@@ -47,7 +47,7 @@ static const uint64_t MAGIC = UINT64_C(0x4547414b4e494c54);
  * go besides variables, whose number is in the interface's token. */
 typedef char
     state_has_this_layout[sizeof(ComponentState)
-                                  == 8 * (INTERFACE_SETTABLE_COUNT + 4 * INTERFACE_INPUT_COUNT + 65)
+                                  == 8 * (INTERFACE_SETTABLE_COUNT + 4 * INTERFACE_INPUT_COUNT + 68)
                               ? 1
                               : -1];
 

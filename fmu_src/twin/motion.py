@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import pairwise
-from math import pi
+from math import inf, pi
 from typing import ClassVar
 
 import numpy as np
@@ -20,11 +21,16 @@ TURN = 2 * pi
 JUMP = pi / 2  # off what was expected, whole turns aside
 MOST_GROWTH = 20.0  # of a step: a slope is carried on over at most this many times the gap it was seen over
 # How far a prediction may go: as a share of the largest change between samples; of the largest slope of a smooth
-# signal; of the smaller of the last two slopes of any other. See fmu_src/component/samples.h.
+# signal, whose polynomial is to miss by little, with a small last term; of the smallest slope of any other; of the
+# largest speed or acceleration. See fmu_src/component/samples.h.
 FARTHEST_CHANGE = {"phi": 1.67, "w": 1.67, "a": 3.0}
-GREATEST_SLOPE, GREATEST_UNPROVEN = 3.0, 1.5
+GREATEST_SLOPE, GREATEST_MISS, GREATEST_CUBIC = 3.0, 0.5, 1 / 3
+GREATEST_UNPROVEN, GREATEST_OF_A_RATE = 1.5, 2.0
 ROUNDING = 16 * 2.0**-52  # of a value
 EVIDENCE = 0.02  # rad, that one sample may give against crank.w
+MET = 0.1  # of a sample's change: a fit that is less off has met it, and is believed for such a step
+OUTLIER = 8.0  # times what others did of late, that a sample lies off and is no noise
+AGREEMENTS = 2  # in a row, until a crank.w that was ignored is believed again
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,10 @@ class Samples:
     values: tuple[float, ...] = ()
     # Where one was taken away from a full history, its highest difference: how slopes were expected to change.
     reserve: float | None = None
-    are_merged: bool = False  # samples right before the newest one were left out
+    # Where samples right before the newest one were left out: seconds since the newest of them (else 0), and by how
+    # much it lay above the one that is left.
+    skipped_gap: float = 0.0
+    skipped_rise: float = 0.0
 
     DEGREES: ClassVar[dict[str, int]] = {"phi": 3, "w": 2, "a": 1}
 
@@ -81,17 +90,18 @@ class Samples:
         """With `value`, given `gap` seconds after the newest one; `shift` is added to the older values."""
         ages = (0.0, *(age + gap for age in self.ages))[: self.degree + 1]
         values = (value, *(old + shift for old in self.values))[: self.degree + 1]
-        return Samples(self.source, ages, values, None, self.are_merged)
+        return Samples(self.source, ages, values, None, self.skipped_gap, self.skipped_rise)
 
     def without_close(self, gap: float, h: float) -> tuple[Samples, float]:
         """Less those that lie close to a sample `gap` later, for a step of h; the gap to the newest one left."""
-        left = replace(self, are_merged=MOST_GROWTH * gap < h)
+        left, since_newest = replace(self, skipped_gap=0.0, skipped_rise=0.0), gap
         while MOST_GROWTH * gap < h and left.ages:
             is_full = len(left.ages) > left.degree
             gap += left.ages[1] if len(left.ages) > 1 else 0.0
             ages = tuple(age - left.ages[1] for age in left.ages[1:])
             reserve = left.differences()[left.degree - 1] if is_full else None
-            left = replace(left, ages=ages, values=left.values[1:], reserve=reserve)
+            rise = self.values[0] - left.values[1] if len(left.values) > 1 else 0.0
+            left = Samples(self.source, ages, left.values[1:], reserve, since_newest, rise)
         return left, gap
 
     def changes(self) -> list[float]:
@@ -130,50 +140,94 @@ class Samples:
                 newton[slope] = smaller(newton[slope], before[slope])
                 newton[higher] = 0.0
                 is_smooth = False
-        slopes = (self.slopes()[:1] + older.slopes())[:3]
-        changes = (self.changes()[:1] + older.changes())[:3]
-        rounding = ROUNDING * abs(self.values[0])
+        changes = self.changes()[:1]
+        rounding = ROUNDING * abs(self.values[0]) if h > 2 * one else -1.0  # in a step as long as others it is small
         if changes and abs(changes[0]) <= rounding:
             newton[0] = 0.0
         if abs(newton[1] * one * two) <= rounding:
             newton[1] = 0.0
             if abs(newton[2] * one * two * three) <= 4 * rounding:
                 newton[2] = 0.0
-        self._restrain(newton, slopes, changes, is_smooth and not self.are_merged, h)
+        self._restrain(newton, older, is_smooth and not self.skipped_gap, h)
         first, second, third = newton
         return first + one * (second + two * third), 2 * (second + (one + two) * third), 6 * third
 
-    def _restrain(
-        self, newton: list[float], slopes: list[float], changes: list[float], is_smooth: bool, h: float
-    ) -> None:
+    def largest_change(self, older: Samples) -> float:
+        """That holding the signal missed by between these samples; `older` are those without the newest one."""
+        changes = [*map(abs, (self.changes()[:1] + older.changes())[:3])]
+        if self.skipped_gap and changes:  # one of the two that it is made of; speeds are no angles that were missed by
+            if self.source != "phi":
+                return 0.0
+            changes[:1] = abs(self.skipped_rise), abs(self.changes()[0] - self.skipped_rise)
+        return max(changes, default=0.0)
+
+    def farthest(self, older: Samples, change: float, h: float) -> float:
+        """How far a prediction over h seconds that changes the signal by `change` is believed to go."""
+        slopes = (*self.slopes()[:1], *older.slopes(), *(() if len(older.values) > 1 else (0.0,)))[:3]
+        proven = reduce(smaller, slopes)
+        if self.skipped_gap and proven:  # and no more than since the newest of those that were left out
+            rise = self.changes()[0] - self.skipped_rise
+            forward = -rise if proven < 0 else rise
+            proven = within(max(0.0, forward + ROUNDING * abs(self.values[0])) / self.skipped_gap, proven)
+        reach = min(h, MOST_GROWTH * self.ages[1]) if len(self.ages) > 1 else 0.0
+        believed = GREATEST_UNPROVEN * abs(proven) * reach if proven * change > 0 else 0.0
+        return max(FARTHEST_CHANGE[self.source] * self.largest_change(older), believed)
+
+    def farthest_of_a_rate(self, older: Samples) -> float:
+        """And of a speed or an acceleration."""
+        return GREATEST_OF_A_RATE * max(map(abs, (self.values[0], *older.values[:2])))
+
+    def _is_borne_out(self, newton: list[float], older: Samples, h: float) -> bool:
+        """Whether the polynomial of a full history is believed for h seconds: it missed the newest sample by little."""
+        one, two, three = self.ages[1], self.ages[2], self.ages[1] + older.ages[2]
+        now, then = self.differences(), older.differences()
+        if self.source == "phi":
+            missed = (now[1] - then[1] - then[2] * three) * one * two * (h + three) / three
+        else:
+            missed = (now[0] - then[0] - then[1] * two) * one
+        longer = h / one
+        missed *= longer * (h + one) * (h + two) / (two * three) * max(1.0, longer)
+        line, bend, cubic = newton[0], newton[1] * (h + one), newton[2] * (h + one) * (h + two)
+        steepest = max(map(abs, self.slopes()[:1] + older.slopes()))
+        largest = self.largest_change(older)
+        return (
+            abs(missed) <= GREATEST_MISS * largest
+            and abs(cubic) <= GREATEST_CUBIC * (abs(line) + abs(bend))
+            and abs(line + bend + cubic) * h
+            <= max(FARTHEST_CHANGE[self.source] * largest, GREATEST_SLOPE * steepest * min(h, MOST_GROWTH * one))
+        )
+
+    def _restrain(self, newton: list[float], older: Samples, is_smooth: bool, h: float) -> None:
         """Lower the degree until the polynomial goes no farther in h seconds than is believed."""
         one, two = (*self.ages, 0.0, 0.0)[1:3]
+        slopes = (self.slopes()[:1] + older.slopes())[:2]
+        most = self.farthest_of_a_rate(older) if self.source == "w" else inf
 
         def change() -> float:
-            return abs(h * (newton[0] + (h + one) * (newton[1] + (h + two) * newton[2])))
+            return h * (newton[0] + (h + one) * (newton[1] + (h + two) * newton[2]))
 
-        share = FARTHEST_CHANGE[self.source]
-        if not changes or change() <= share * abs(changes[0]):
+        def farthest() -> float:
+            return min(most, self.farthest(older, change(), h))
+
+        is_near = slopes and abs(change()) <= FARTHEST_CHANGE[self.source] * abs(self.changes()[0])
+        if not slopes or (is_near and (self.source == "a" or not self.skipped_gap)):
             return
-        steepest = [abs(slope) for slope in slopes]
-        if is_smooth:
-            believed = GREATEST_SLOPE * max(steepest)
-        else:
-            believed = GREATEST_UNPROVEN * min(steepest[:2]) if len(steepest) > 1 else 0.0
-        farthest = max(share * max(map(abs, changes)), believed * min(h, MOST_GROWTH * one))
-        weight = [abs(newton[0]), abs(newton[1] * (h + one)), abs(newton[2] * (h + one) * (h + two))]
-        second_is_small, third_is_small = (is_smooth or weight[n] <= weight[0] for n in (1, 2))
-        if third_is_small and second_is_small and change() <= farthest:
+        if is_smooth and self._is_borne_out(newton, older, h):
+            return
+        second_is_small = abs(newton[1] * (h + one)) <= abs(newton[0])
+        third_is_small = abs(newton[2] * (h + one) * (h + two)) <= abs(newton[0])
+        if third_is_small and second_is_small and abs(change()) <= farthest():
             return
         newton[2] = 0.0
-        if second_is_small and change() <= farthest:
+        if second_is_small and abs(change()) <= farthest():
             return
         newton[1] = 0.0
-        if change() <= farthest:
+        believed = farthest()
+        if abs(change()) <= believed:
             return
         if len(slopes) > 1:
             newton[0] = smaller(slopes[0], slopes[1])
-        newton[0] = within(farthest, newton[0] * h) / h
+        newton[0] = within(believed, newton[0] * h) / h
 
     def are_flat(self) -> bool:
         return len(set(self.values)) <= 1
@@ -190,6 +244,8 @@ class Fit:
     useless: int = 0  # of the last samples: those that holding the signal would have met as well
     missed: float = 0.0  # by how much the last few samples lay off
     moved: float = 0.0  # how far they moved
+    met: float = 0.0  # s, the longest over which it met a sample, since one that spoke against it
+    slope: float = 0.0  # of the signal over that time, its magnitude
     is_tried: bool = False  # on a sample beyond those that it takes
 
     def add(self, value: float, gap: float, shift: float, smoothing: float, degree: int) -> Fit:
@@ -199,13 +255,18 @@ class Fit:
         a fit to many samples also where the last few lie farther off than they move.
         """
         noise, useless, missed, moved = self.noise, self.useless, self.missed, self.moved
+        met, slope = self.met, self.slope
         is_tried = len(self.ages) > degree and self.reaches(gap)  # what lies farther is no test of it
         if is_tried:
             at, v, a, jerk = self.polynomial(degree)
             off = abs(value - (at + gap * (v + gap / 2 * (a + gap / 3 * jerk)) + shift))
             change = abs(value - self.values[0] - shift)
-            is_useless = off > 8 * noise and off > change / 2
+            is_useless = off > OUTLIER * noise and off > change / 2
             useless = useless + 1 if is_useless else 0
+            if is_useless:
+                met = 0.0
+            elif off < MET * change and gap >= met:
+                met, slope = gap, change / gap
             if useless != 1:
                 noise += (min(off, change if is_useless else off) - noise) / 16
             missed, moved = missed + (off - missed) / 4, moved + (change - moved) / 4
@@ -218,7 +279,7 @@ class Fit:
             if weight * fade > 1e-16
         ]
         ages, values, weights = zip((0.0, value, 1.0), *older, strict=True)
-        return Fit(ages, values, weights, noise, useless, missed, moved, is_tried)
+        return Fit(ages, values, weights, noise, useless, missed, moved, met, slope, is_tried)
 
     def reaches(self, ahead: float) -> bool:
         """Whether it says anything of what lies that many seconds ahead."""
@@ -247,7 +308,7 @@ class Doubt:
 
     missed: float = 0.0  # by how much the angle moved beyond what the speeds say
     moved: float = 0.0  # how far either of them moved
-    is_ignored: bool = False  # crank.w is not believed
+    is_ignored: int = 0  # crank.w is not believed: how often the two must agree until it is
 
     def after(self, change: float, told: float, greatest: float) -> Doubt:
         if not self.is_ignored and self.moved == 0 and abs(change - told) <= abs(change) / 4:
@@ -256,10 +317,11 @@ class Doubt:
         moved = self.moved + min(EVIDENCE, greatest)
         if self.is_ignored:
             if moved > 4 * EVIDENCE and abs(missed) < 0.23 * moved:
-                return Doubt()
-            return Doubt(is_ignored=True) if moved > 8 * EVIDENCE else Doubt(missed, moved, True)
+                return Doubt(is_ignored=self.is_ignored - 1)
+            is_over = moved > 8 * EVIDENCE
+            return Doubt(is_ignored=AGREEMENTS) if is_over else Doubt(missed, moved, self.is_ignored)
         if abs(missed) > 1.5 * EVIDENCE and abs(missed) > 0.55 * moved:
-            return Doubt(is_ignored=True)
+            return Doubt(is_ignored=AGREEMENTS)
         return Doubt() if moved > 8 * EVIDENCE else Doubt(missed, moved)
 
 
@@ -343,8 +405,8 @@ class Crank:
                 count = len(older.ages) if older.are_flat() and is_from_rest else 0
                 count = min(count, Samples.DEGREES[source] + 1)
                 zeros = (0.0,) * count
-                older = Samples(source, older.ages[:count], zeros, None, older.are_merged)
-                fit = replace(fit, values=(0.0,) * len(fit.ages)) if zeros else Fit()
+                older = Samples(source, older.ages[:count], zeros, None, older.skipped_gap)
+                fit = replace(fit, values=(0.0,) * len(fit.ages), met=0.0) if zeros else Fit()
         values = {"phi": phi, "w": w, "a": a}
         shift = shift if source == "phi" else 0.0
         samples = older.add(values[source], gap, shift)
@@ -352,8 +414,16 @@ class Crank:
         trend: Sequence[float] = (values[source], *samples.derivatives(older, 0.0 if at_step_end else h))
         if smoothing:
             fit = fit.add(values[source], gap, shift, smoothing, samples.degree)
-            if fit.is_proven(0.0 if at_step_end else h) and not is_contradicted:
-                trend = fit.polynomial(samples.degree)
+            ahead = 0.0 if at_step_end else h
+            if fit.is_proven(ahead) and not is_contradicted:
+                fitted = fit.polynomial(samples.degree)
+                goes = CrankMotion(*fitted).after(ahead).phi - values[source]
+                farthest = samples.farthest(older, goes, ahead)
+                if source != "phi":
+                    farthest = min(farthest, samples.farthest_of_a_rate(older))
+                has_met = ahead <= 1.25 * fit.met and abs(goes) <= 2 * fit.slope * ahead
+                if has_met or abs(goes) <= farthest + OUTLIER * min(fit.noise, fit.missed):
+                    trend = fitted
         motion = {
             "phi": CrankMotion(trend[0], trend[1], a or trend[2], trend[3]),
             "w": CrankMotion(phi, *trend[:3]),

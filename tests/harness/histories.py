@@ -1,8 +1,8 @@
 """Random ugly step histories of the crank: what no host should do, and some do.
 
 A history is a list of stretches. Each begins with something that happens to the crank (it jumps, stands, runs on,
-turns back) and has steps of its own pattern (even, growing, halving down to 1e-9 s, a cluster of tiny ones); the last
-one is always regular. The angle may be far from 0, and given modulo one turn.
+turns back) and has steps of its own pattern (even, growing, long and short in turn, halving down to 1e-9 s, a cluster
+of tiny ones); the last one is always regular. The angle may be far from 0, and given modulo one turn.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ PATTERNS = {
     "leaping": lambda h, i: h * (15.0 if i else 1.0),
     "mixed": lambda h, i: h * (1.0, 0.1, 3.0, 0.5, 0.02, 2.0)[i % 6],
     "halving": lambda h, i: max(h * 0.5 ** (2 * i), 1e-9),
+    "soaring": lambda h, i: 0.1 * h * (1.0, 8.0, 30.0)[min(i, 2)],
+    "flickering": lambda h, i: h * (1.0, 0.04, 1.0, 1e-3)[i % 4],
     "tiny": lambda h, i: 1e-7,
     "tiniest": lambda h, i: 1e-9,
 }
