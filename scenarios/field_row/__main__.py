@@ -29,9 +29,11 @@ from scenarios.common.instance import FmuError
 from scenarios.common.masses import plausible
 from scenarios.common.variants import PHASE, PREFIX, VariantError, read_ssv, unit_of
 from scenarios.field_row import figures as row_figures
+from scenarios.field_row import mass_study
 from scenarios.field_row import run as row_run
 from scenarios.field_row import study as row_study
 from scenarios.field_row.component import SystemFault, Value
+from scenarios.field_row.mass_study import HANDS, MassStudy
 from scenarios.field_row.partners.build import OUTPUT as OUR_PARTNERS
 from scenarios.field_row.partners.build import PARTNERS, PartnerError
 from scenarios.field_row.partners.build import build as build_partners
@@ -59,6 +61,7 @@ class Results:
     step_ms: float
     study: Study | None
     no_study: str
+    masses: MassStudy | None = None
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -224,7 +227,7 @@ def run(
     no_study = "" if with_study else "as asked by --no-study"
     if missing and not no_study:
         no_study = f"it needs {', '.join(missing)}, which the FMUs of this system do not offer"
-    study = None
+    study = of_masses = None
     if no_study:
         with _bar(row.stop, "planting") as bar:
             record = row_run.run(row.system, master, step_ms * 1e-3, row.stop, bar.update)
@@ -239,12 +242,15 @@ def run(
             planted = pool.submit(row_run.run, row.system, master, step_ms * 1e-3, row.stop)
             try:
                 begun(planted)
+                is_ours = all(_is_ours(system, name) for name in ("drivetrain", "soil")) and mass_study.offered(system)
+                weighed = mass_study.measure(system, masses_of(system, told), pool, begun) if is_ours else lambda: None
                 study, record = row_study.measure(system, pool, begun), planted.result()
+                of_masses = weighed()
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise
-    results = Results(system_file, row, record, master, step_ms, study, no_study)
-    written = write_tables(output, results) + row_figures.draw_all(output, record, row.spacing, study)
+    results = Results(system_file, row, record, master, step_ms, study, no_study, of_masses)
+    written = write_tables(output, results) + row_figures.draw_all(output, record, row.spacing, study, of_masses)
     return results, sorted(written)
 
 
@@ -264,7 +270,11 @@ def _bar(total: float, what: str) -> tqdm:
 
 def ours(results: Results, name: str) -> bool:
     """Whether a component is the partner of this project."""
-    component = results.row.system.component(name)
+    return _is_ours(results.row.system, name)
+
+
+def _is_ours(system: System, name: str) -> bool:
+    component = system.component(name)
     return component is not None and component.fmu in {OUR_PARTNERS / f"{partner}.fmu" for partner in PARTNERS}
 
 
@@ -468,6 +478,92 @@ def findings(results: Results) -> list[str]:
     ]
 
 
+def by_hand(found: MassStudy) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Headings and lines: what a soft drive makes of what it is handed over."""
+    steps = [f"{step:g} ms" for step in mass_study.STEPS_MS]
+    headings = ("handed over", *(f"error at {step} / mrad" for step in steps), "order")
+    lines = []
+    for hand in HANDS:
+        worst = [found.coupling.worst[hand.key, 1e-3 * step] for step in mass_study.STEPS_MS]
+        texts = (f"{1e3 * value:.2g}" if math.isfinite(value) else "diverges" for value in worst)
+        order = found.coupling.order(hand.key)
+        lines.append((hand.title, *texts, f"{order:.1f}" if math.isfinite(order) else "-"))
+    return headings, lines
+
+
+def borders(found: MassStudy) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Headings and lines: the least inertia of the drive with which its coupling stays bounded."""
+    headings = ("handed over", *(f"at {step:g} ms / kg·m²" for step in mass_study.STEPS_MS))
+    return headings, [
+        (hand.title, *(f"{found.coupling.border[hand.key, 1e-3 * step]:.2g}" for step in mass_study.STEPS_MS))
+        for hand in HANDS
+        if hand.torque
+    ]
+
+
+WITH_MASSES = ("", "without masses", "with masses")
+
+
+def with_masses_beside(found: MassStudy) -> list[tuple[str, str, str]]:
+    """Lines under WITH_MASSES: a row of few plants on even ground speed, in its middle turn and as a whole."""
+    records = found.without, found.heavy
+
+    def ends(name: str, unit: str, scale: float = 1.0) -> tuple[str, str]:
+        texts = (f"{scale * r[name].min() + 0.0:.3g} to {scale * r[name].max() + 0.0:.3g} {unit}" for r in records)
+        return tuple(texts)
+
+    uneven = []
+    for record in records:
+        w = mass_study.middle_turn(record)[1]
+        uneven.append(f"{100 * np.ptp(w) / w.mean():.2g} %")
+    off = (f"{100 * abs(r.imbalance).max() / r['drivetrain.energy.tractor'][-1]:.2g} %" for r in records)
+    return [
+        ("torque of the linkage on the crank", *ends("linkage.crank.tau", "N·m")),
+        ("torque in the shaft", *ends("drivetrain.shaft.tau", "N·m")),
+        ("force of the linkage on the machine, forward", *ends("linkage.machine.fx", "N")),
+        ("... upward", *ends("linkage.machine.fy", "N")),
+        ("pull of the tractor", *ends("drivetrain.machine.pull", "N")),
+        ("crank's speed in a turn, greatest less least, of its mean", *uneven),
+        ("energy swinging in the links", "none", f"{np.ptp(found.heavy.links):.3g} J"),
+        ("energy not accounted for, of the tractor's work", *off),
+    ]
+
+
+def findings_of_masses(found: MassStudy) -> list[str]:
+    """What the masses do, in sentences."""
+    coupling, shares = found.coupling, found.shares
+    mean = coupling.speed[1]
+    diverged = [step for (key, step), worst in coupling.worst.items() if key == "torque" and math.isinf(worst)]
+    rpm = [60 / math.tau * w for w in coupling.speed]
+    return [
+        (
+            "The masses are assumptions: links of steel and aluminium with sections drawn in "
+            f"`scenarios/common/masses.py`, {found.mass:.2f} kg in all. `--masses` plants the whole row with them."
+        ),
+        (
+            f"In a turn, inertia takes {shares['inertia'].min():.1f} to {shares['inertia'].max():.1f} N·m of the "
+            f"crank, weight {shares['weight'].min():.1f} to {shares['weight'].max():.1f}, the soil "
+            f"{shares['soil'].min():.1f} to {shares['soil'].max():.1f}; all together "
+            f"{sum(shares.values()).min():.1f} to {sum(shares.values()).max():.1f}."
+        ),
+        (
+            f"A drive of {mass_study.LIGHT:g} kg·m² that gives way by {mass_study.SLOPE:g} N·m per rad/s runs between "
+            f"{rpm[0]:.0f} and {rpm[2]:.0f} turns a minute "
+            f"({100 * (coupling.speed[2] - coupling.speed[0]) / mean:.0f} % of its mean) with these links, without "
+            "any soil."
+        ),
+        (
+            "Given `crank.inertia` and `crank.tau_bias` it keeps order "
+            f"{coupling.order('inertia'):.1f}. Given `crank.tau`, which contains the acceleration of the last step, it "
+            + (f"diverges at {', '.join(f'{1e3 * step:g}' for step in diverged)} ms. " if diverged else "stays. ")
+            + "Its last acceleration comes back in each step times up to crank.inertia / J, here "
+            f"{coupling.largest / mass_study.LIGHT:.1f}, and more where it goes on as a straight line: shorter steps "
+            "do not help, only a drive heavier than the linkage, whose greatest inertia is "
+            f"{coupling.largest:.3f} kg·m²."
+        ),
+    ]
+
+
 # --- reports --------------------------------------------------------------------------------------
 
 QUALITY = ("", "value", "remark")
@@ -496,6 +592,12 @@ def show(results: Results) -> None:
             reports.show_table(console, "", headings, lines, words=("remark",))
     for sentence in findings(results):
         console.print(f"- {sentence}")
+    if results.masses:
+        reports.show_table(console, "What masses do", WITH_MASSES, with_masses_beside(results.masses))
+        reports.show_table(console, "A soft, light drive: error of its angle", *by_hand(results.masses))
+        reports.show_table(console, "Inertia below which it diverges", *borders(results.masses))
+        for sentence in findings_of_masses(results.masses):
+            console.print(f"- {sentence}", markup=False)
     for sentence in left_out(results):
         console.print(sentence)
 
@@ -633,6 +735,34 @@ def write_tables(output: Path, results: Results) -> list[Path]:
             ),
         )
         written.append(output / "errors.csv")
+    if found := results.masses:
+        parts += [
+            "## Masses",
+            "",
+            (
+                f"A row of {mass_study.PLANTS} plants without and with masses, on even ground speed, in steps of "
+                f"{1e3 * mass_study.STEP:g} ms."
+            ),
+            "",
+            *(f"- {sentence}" for sentence in findings_of_masses(found)),
+            "",
+            reports.markdown_table(WITH_MASSES, with_masses_beside(found)),
+            "![Torque in its shares](masses.png)",
+            "",
+            "### What the drive is handed over",
+            "",
+            "The worst error of the crank's angle, against the one differential equation of drive and linkage:",
+            "",
+            reports.markdown_table(*by_hand(found)),
+            (
+                "The least inertia of the drive with which the coupling stays bounded for a turn, sought by "
+                f"{mass_study.HALVINGS} halvings from {mass_study.LIGHTEST:g} to {mass_study.HEAVIEST:g} kg·m²:"
+            ),
+            "",
+            reports.markdown_table(*borders(found)),
+            "![Error over step, and border of stability](drive.png)",
+            "",
+        ]
     parts += [
         "## Files",
         "",

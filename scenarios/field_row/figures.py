@@ -27,6 +27,8 @@ from scenarios.common.figures import (
     save_all,
 )
 from scenarios.common.operating_point import SPACING
+from scenarios.field_row import mass_study
+from scenarios.field_row.mass_study import HANDS, MassStudy
 from scenarios.field_row.run import EMPTY, MISSED, NO_SEEDLING, PLANTED, Hole, Record
 from scenarios.field_row.study import MASTERS, STEPS_MS, Errors, Study
 
@@ -49,13 +51,19 @@ LOOKS = {
 }
 
 
-def draw_all(output: Path, record: Record, spacing: float | None, study: Study | None) -> list[Path]:
-    """Write row.png, turn.png, energy.png where all energies are offered and, with a study, errors.png; their paths."""
+def draw_all(
+    output: Path, record: Record, spacing: float | None, study: Study | None, masses: MassStudy | None = None
+) -> list[Path]:
+    """Write row.png, turn.png, energy.png where all energies are offered and, with studies, errors.png, masses.png and
+    drive.png; their paths.
+    """
     figures = {"row": lambda: draw_row(record, spacing or SPACING), "turn": lambda: draw_turn(record)}
     if record.offers(*(name for name, *_ in ENERGIES), "drivetrain.energy.tractor"):
         figures["energy"] = lambda: draw_energy(record)
     if study:
         figures["errors"] = lambda: draw_errors(study)
+    if masses:
+        figures |= {"masses": lambda: draw_masses(masses), "drive": lambda: draw_coupling(masses)}
     return save_all(output, figures)
 
 
@@ -329,4 +337,99 @@ def draw_errors(study: Study) -> Figure:
     for axes, named in ends.items():
         name_ends(axes, named, apart=23.0, gap=9.0, linespacing=1.1)
     figure.suptitle("Error against communication step, in a row of three plants", x=0.012, ha="left", fontsize=11)
+    return figure
+
+
+def draw_masses(found: MassStudy) -> Figure:
+    """Over one turn of the crank: torque in its shares, force on the machine, speed; with masses and without."""
+    figure, panels = plt.subplots(
+        3, 1, figsize=(9.5, 8.6), layout="constrained", sharex=True, height_ratios=(1.5, 1, 1)
+    )
+    torque, force, speed = panels
+    phi, shares = np.degrees(found.phi), found.shares
+    looks = {
+        "inertia": (BLUE, "inertia"),
+        "weight": (GREEN, "weight"),
+        "soil": (EARTH_EDGE, "soil"),
+        "machine": (PINK, "machine's acceleration:\nnone at even speed"),
+    }
+    for name, (colour, label) in looks.items():
+        torque.plot(phi, shares[name], color=colour, linewidth=1.3, label=label)
+    torque.plot(phi, sum(shares.values()), color=BLACK, linewidth=2.0, label="all: crank.tau")
+    torque.set_ylabel("torque that the drive gives / N·m")
+    for record, dashes, told in ((found.heavy, "-", "with masses"), (found.without, "--", "without")):
+        angle, w, part = mass_study.middle_turn(record)
+        for name, colour in (("fx, forward", BLUE), ("fy, up", VERMILLION)):
+            values = record[f"linkage.machine.{name[:2]}"][part]
+            force.plot(np.degrees(angle), values, dashes, color=colour, linewidth=1.4, label=f"machine.{name}, {told}")
+        speed.plot(np.degrees(angle), 30 / np.pi * w, dashes, color=BLACK, linewidth=1.4, label=told)
+    force.set_ylabel("force on the machine / N")
+    speed.set_ylabel("crank / turns a minute")
+    speed.set_xlabel("crank angle φ / degrees (0: nozzle at its top)")
+    speed.set(xlim=(0, 360), xticks=np.arange(0, 361, 30))
+    angle, _, part = mass_study.middle_turn(found.heavy)
+    for panel in panels:
+        panel.axhline(0, color=GREY, linewidth=0.8) if panel is not speed else None
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        panel.fill_between(
+            np.degrees(angle),
+            0,
+            1,
+            where=found.heavy["soil.tip.depth"][part] > 0,
+            transform=panel.get_xaxis_transform(),
+            color=EARTH,
+            linewidth=0,
+            zorder=0,
+        )
+    title = f"What {found.mass:.1f} kg of links do in one turn (shaded: the tip is in the soil)"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11)
+    return figure
+
+
+def draw_coupling(found: MassStudy) -> Figure:
+    """A soft, light drive: the error of its angle over the step, and where its coupling diverges."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11.5, 4.6))
+    figure.subplots_adjust(left=0.07, right=0.82, top=0.86, bottom=0.13, wspace=0.85)
+    looks = {
+        "inertia": (BLUE, "o"),
+        "inertia_held": (SKY, "s"),
+        "torque": (VERMILLION, "o"),
+        "torque_held": (ORANGE, "s"),
+    }
+    steps, coupling, ends = list(mass_study.STEPS_MS), found.coupling, {left: [], right: []}
+    worst = {hand: [1e3 * coupling.worst[hand.key, 1e-3 * step] for step in steps] for hand in HANDS}
+    beyond = 3 * max(value for values in worst.values() for value in values if np.isfinite(value))
+    for hand, values in worst.items():
+        colour, marker = looks[hand.key]
+        left.loglog(steps, values, color=colour, marker=marker, linewidth=1.4)
+        lost = [step for step, value in zip(steps, values, strict=True) if not np.isfinite(value)]
+        shift = 1.0 if hand.held else 1.6
+        left.loglog(lost, [beyond * shift] * len(lost), "x", color=colour, markersize=8, markeredgewidth=2)
+        last = values[-1] if np.isfinite(values[-1]) else beyond * shift
+        name = hand.title.replace(", crank", ",\ncrank").replace(", held", ",\nheld")
+        ends[left].append((steps[-1], last, name + ("" if np.isfinite(values[-1]) else ": diverges (×)"), colour))
+        if hand.torque:
+            least = [coupling.border[hand.key, 1e-3 * step] for step in steps]
+            right.loglog(steps, least, color=colour, marker=marker, linewidth=1.4)
+            ends[right].append((steps[-1], least[-1], f"{name}:\ndiverges below", colour))
+    right.axhline(coupling.largest, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
+    ends[right].append((steps[-1], coupling.largest, "the linkage's greatest\ncrank.inertia", "#606060"))
+    left.set_title(f"(a) error of a drive of {mass_study.LIGHT:g} kg·m²", loc="left")
+    right.set_title("(b) the drive's inertia below which it diverges", loc="left")
+    left.set_ylabel("worst error of the angle / mrad")
+    right.set_ylabel("inertia of the drive / kg·m²")
+    right.set_ylim(mass_study.LIGHTEST, mass_study.HEAVIEST)
+    for axes, marks in ((left, (0.1, 1, 10, 100)), (right, (0.01, 0.02, 0.05, 0.1, 0.2, 0.5))):
+        axes.yaxis.set_major_locator(FixedLocator(marks))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_locator(NullLocator())
+    for axes in (left, right):
+        axes.set_xlabel("communication step / ms")
+        axes.xaxis.set_major_locator(FixedLocator(steps))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda step, _: f"{step:g}"))
+        axes.xaxis.set_minor_locator(NullLocator())
+        name_ends(axes, ends[axes], apart=24.0, gap=9.0, linespacing=1.1)
+    figure.suptitle(
+        f"A soft drive ({mass_study.SLOPE:g} N·m per rad/s) turns links that have mass", x=0.012, ha="left", fontsize=11
+    )
     return figure

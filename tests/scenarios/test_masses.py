@@ -12,6 +12,7 @@ from scenarios.common.instance import UnpackedFmu
 from scenarios.common.linkage import Linkage
 from scenarios.common.masses import BODIES, STEEL, Piece, bar, pieces, plausible, together, tube
 from scenarios.field_row import __main__ as field_row
+from scenarios.field_row import mass_study
 from scenarios.field_row import run as row_run
 from scenarios.field_row.partners.build import build
 from scenarios.field_row.system import System, SystemFault, load_system
@@ -115,3 +116,85 @@ def test_the_scene_with_masses(system, tmp_path, capsys):
     assert field_row.main([*arguments[1:], "--output", str(tmp_path / "without")]) == 0
     alone = (tmp_path / "without" / "field_row.md").read_text(encoding="utf-8")
     assert "force of the linkage on the machine" in text and text != alone
+
+
+# --- what the drive is handed over --------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def light(system) -> tuple[System, dict, np.ndarray, np.ndarray]:
+    """The system, its masses, and times and true angles of the soft, light drive over a turn."""
+    masses = field_row.masses_of(system)
+    stop = mass_study.turned(system, 1.0)[1]
+    times = np.arange(round(stop / 1e-3) + 1) * 1e-3
+    return system, masses, times, mass_study.truth(system, masses, times)[0]
+
+
+def test_torque_diverges_where_inertia_and_bias_keep_their_order(light):
+    system, masses, _, phi = light
+    inertia, held, torque, torque_held = mass_study.HANDS
+
+    def worst(hand: mass_study.Hand, step: float) -> float | None:
+        record = mass_study.stepped(mass_study.soft(system, masses, hand=hand), step, 1.0)
+        if record is None:
+            return None
+        return float(abs(record["drivetrain.crank.phi"] - phi[:: round(step / 1e-3)]).max())
+
+    for hand, order, most in ((inertia, 2, 3e-4), (held, 1, 5e-3)):
+        coarse, fine = worst(hand, 4e-3), worst(hand, 2e-3)
+        assert math.log2(coarse / fine) == pytest.approx(order, abs=0.3), hand.key
+        assert fine < most, hand.key
+    for hand in (torque, torque_held):
+        assert worst(hand, 1e-3) is worst(hand, 2e-3) is None, hand.key
+
+
+def test_a_drive_heavier_than_the_linkage_may_be_given_the_torque(system):
+    """So it is the inertia that makes it diverge, and without masses nothing does."""
+    masses, held = field_row.masses_of(system), mass_study.HANDS[3]
+    largest = mass_study.largest(system, masses)
+    assert largest == pytest.approx(0.1136, abs=1e-3)
+    for inertia, is_bounded in ((1.2 * largest, True), (0.5 * largest, False)):
+        record = mass_study.stepped(mass_study.soft(system, masses, inertia, held), 2e-3, 1.0)
+        assert (record is not None) == is_bounded, inertia
+    assert mass_study.stepped(mass_study.soft(system, {}, mass_study.LIGHT, held), 2e-3, 1.0) is not None
+
+
+def test_the_truth_knows_nothing_of_steps(light):
+    """Asked for at other times it says the same, and the drive runs as unevenly as it does in small steps."""
+    system, masses, times, phi = light
+    again, _ = mass_study.truth(system, masses, times[::50])
+    assert again == pytest.approx(phi[::50], abs=1e-8)
+    record = mass_study.stepped(mass_study.soft(system, masses), 0.5e-3, 1.0)
+    assert abs(record["drivetrain.crank.phi"][::2] - phi).max() < 3e-5
+
+
+def test_the_shares_are_the_torque(system):
+    """All causes, each asked for alone, make what the row recorded, on uneven ground speed too."""
+    heavy = system.with_parameters(field_row.masses_of(system) | {"drivetrain.disturbance.f": 3.0})
+    row = row_run.row_of(heavy, 2)
+    record = row_run.run(row.system, "extrapolated", 1e-3, row.stop, watched=mass_study.WATCHED)
+    _, shares = mass_study.split(row.system, record)
+    part = mass_study.middle_turn(record)[2]
+    away = record["soil.tip.depth"][part] < 0  # in the soil, the force of the step's end is predicted
+    for name, most in (("inertia", 4.0), ("weight", 4.0), ("machine", 0.02)):
+        assert abs(shares[name]).max() > most, name
+    recorded = record["linkage.crank.tau"][part]
+    assert sum(shares.values())[away] == pytest.approx(recorded[away], abs=8e-3)
+    assert sum(shares.values()) == pytest.approx(recorded, abs=0.3)
+    assert abs(sum(shares.values()) - shares["machine"] - recorded)[away].max() > 0.02
+
+
+def test_the_report_shows_what_masses_do(system, tmp_path, monkeypatch, capsys):
+    """With the study; few runs."""
+    row_study = field_row.row_study
+    for name, value in (("STEPS_MS", (5.0, 10.0)), ("TRUTH_MS", 1.0), ("TOLERANCES", (10.0,)), ("PLANTS", 1)):
+        monkeypatch.setattr(row_study, name, value)
+    for name, value in (("STEPS_MS", (5.0, 10.0)), ("HALVINGS", 2), ("PLANTS", 1), ("STEP", 5e-3)):
+        monkeypatch.setattr(mass_study, name, value)
+    assert field_row.main(["--plants", "1", "--step", "5", "--output", str(tmp_path)]) == 0
+    text = (tmp_path / "field_row.md").read_text(encoding="utf-8")
+    part = text[text.index("## Masses") :]
+    assert "nan" not in part.lower() and "diverges" in part
+    for picture in ("masses.png", "drive.png"):
+        assert f"({picture})" in text and (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+    assert "What masses do" in capsys.readouterr().out

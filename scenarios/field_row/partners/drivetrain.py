@@ -12,8 +12,8 @@ drive solves for the acceleration of all that turns; the linkage's whole torque 
 last step, and what a drive makes of that diverges where its own inertia is small.
 
 In a step the inputs go on as the straight line through their last two samples: of order 2
-in the step where their samples belong to its begin. The equations are solved by Runge and Kutta's method of
-order 4 in substeps of at most 0.5 ms.
+in the step where their samples belong to its begin; or they are held, where inputs.held says so. The
+equations are solved by Runge and Kutta's method of order 4 in substeps of at most 0.5 ms.
 
 [1] Flash and Hogan 1985, J. Neuroscience 5(7): minimum-jerk motion.
 [2] Rao, Mechanical Vibrations: torsional systems. k = G·π·d⁴/(32·l): a steel shaft of 20 mm by 0.6 m.
@@ -64,6 +64,7 @@ class Drivetrain(Partner):
         Variable("shaft.k", "parameter", 2000.0, "N.m/rad", "Torsional stiffness of the shaft"),
         Variable("shaft.c", "parameter", 4.0, "N.m.s/rad", "Damping of the shaft: a tenth of the critical"),
         Variable("crank.J", "parameter", 0.2, "kg.m2", "Inertia of the drive turning with the crank: 5 kg at 0.2 m"),
+        Variable("inputs.held", "parameter", False, "", "True where inputs are held in a step, as in most FMUs"),
     )
     positive = ("plant.spacing", "speed.cruise", "speed.ramp", "shaft.k", "crank.J")
     initially: ClassVar = {
@@ -111,7 +112,7 @@ class Drivetrain(Partner):
         since, (inertia, bias, fx) = time - m["time"], m.get("slopes", LEVEL)
         return p["crank.inertia"] + inertia * since, p["crank.tau_bias"] + bias * since, p["machine.fx"] + fx * since
 
-    def _rates(self, time: float, y: list[float]) -> list[float]:
+    def rates(self, time: float, y: list[float]) -> list[float]:
         """Derivatives of phi_drive, phi, w, the way, and the work of pull, crank and shaft damping."""
         p, (drive, phi, w, *_) = self.value, y
         v = self.speed(time)
@@ -132,14 +133,14 @@ class Drivetrain(Partner):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         m, loads = self.memory, tuple(self.value[name] for name in LOADS)
-        if m["loads"] and current_time > m["sampled"]:
+        if m["loads"] and current_time > m["sampled"] and not self.value["inputs.held"]:
             m["slopes"] = tuple(
                 (now - was) / (current_time - m["sampled"]) for now, was in zip(loads, m["loads"], strict=True)
             )
         m |= {"time": current_time, "sampled": current_time, "loads": loads}
         count, y = math.ceil(step_size / SUBSTEP - 1e-9), m["y"]
         for i in range(count):
-            y = _runge_kutta(self._rates, current_time + i * step_size / count, y, step_size / count)
+            y = _runge_kutta(self.rates, current_time + i * step_size / count, y, step_size / count)
         self._show(y, step_size)
         return True
 
@@ -148,7 +149,7 @@ class Drivetrain(Partner):
         self.memory["y"] = y
         time = self.memory["time"] + ahead
         p, (drive, phi, w, way, pulled, given, lost) = self.value, y
-        v, (w_drive, _, a, *_) = self.speed(time), self._rates(time, y)
+        v, (w_drive, _, a, *_) = self.speed(time), self.rates(time, y)
         tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * (w_drive - w)
         p |= {
             "crank.phi": phi,
