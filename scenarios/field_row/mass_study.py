@@ -74,7 +74,7 @@ class Coupling:
     def order(self, key: str) -> float:
         """Fitted slope of log(error) over log(step)."""
         used = [(step, worst) for (hand, step), worst in self.worst.items() if hand == key and math.isfinite(worst)]
-        return float(np.polyfit(*np.log(np.array(used).T), 1)[0]) if len(used) > 2 else math.nan
+        return float(np.polyfit(*np.log(np.array(used).T), 1)[0]) if len(used) > 1 else math.nan
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ MAY_KNOW: dict[str, tuple[str, ...]] = {
     "fmu_src/oracle/": ("fmu_src/interface.py", "fmu_src/exporter/reference.py"),
     # scenarios know built FMUs, fmpy and the wheel's measures: of each other nothing but common/
     "scenarios/common/": ("fmu_src/measures.py", "fmu_src/__init__.py"),
+    "scenarios/balancing/": ("scenarios/common/",),
     "scenarios/design/": ("scenarios/common/", "fmu_src/measures.py", "fmu_src/__init__.py"),
     "scenarios/field_row/": ("scenarios/common/", "fmu_src/measures.py"),
     "scenarios/paper_cycle/": ("scenarios/common/", "fmu_src/measures.py"),

@@ -1,0 +1,1 @@
+"""What counterweight on a crank, or what spring, evens the crank's torque or the shaking of the machine."""
