@@ -138,8 +138,8 @@ def _from(machine: Machine, speed: float, wish: Wish, start: Balancing) -> Balan
     constraints = [
         {
             "type": "ineq",
-            "fun": lambda z: _room(at(z)[0], machine)[rows],
-            "jac": lambda z: padded(_room_by(at(z)[0])[rows]),
+            "fun": lambda z: room(at(z)[0], machine)[rows],
+            "jac": lambda z: padded(room_by(at(z)[0])[rows]),
         }
     ]
 
@@ -167,7 +167,7 @@ def _from(machine: Machine, speed: float, wish: Wish, start: Balancing) -> Balan
     return at(np.clip(found.x, [low for low, _ in bounds], [np.inf if high is None else high for _, high in bounds]))[0]
 
 
-def _room(b: Balancing, machine: Machine) -> np.ndarray:
+def room(b: Balancing, machine: Machine) -> np.ndarray:
     """What must not be negative: the counterweight within reach, the spring neither slack nor overstretched."""
     radius = abs(machine.joint[0])
     away = math.hypot(b.anchor_x, b.anchor_y)
@@ -180,8 +180,8 @@ def _room(b: Balancing, machine: Machine) -> np.ndarray:
     )
 
 
-def _room_by(b: Balancing) -> np.ndarray:
-    """The gradient of `_room`, a column each of NAMES."""
+def room_by(b: Balancing) -> np.ndarray:
+    """The gradient of `room`, a column each of NAMES."""
     away = max(math.hypot(b.anchor_x, b.anchor_y), 1e-9)
     toward = b.anchor_x / away / SHORTEST, b.anchor_y / away / SHORTEST
     return np.array(

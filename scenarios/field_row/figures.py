@@ -265,9 +265,10 @@ ENERGIES = (
 def draw_energy(record: Record) -> Figure:
     """What the tractor gave, where it went, and what the balance lacks."""
     time = record.time
+    at_start = -float(record.links.min())  # a stack has no room for less than nothing
     parts = [(record[name], label, colour) for name, label, colour in ENERGIES]
     if record.has_masses:
-        parts.insert(1, (record.links, "stored in the links", SKY))
+        parts.insert(1, (record.links + at_start, "stored in the links, above their least", SKY))
     figure, (above, below) = plt.subplots(
         2, 1, figsize=(9.5, 6.6), layout="constrained", sharex=True, height_ratios=(2.2, 1)
     )
@@ -279,7 +280,8 @@ def draw_energy(record: Record) -> Figure:
         alpha=0.55,
         linewidth=0,
     )
-    above.plot(time, record["drivetrain.energy.tractor"], color=BLACK, linewidth=1.4, label="given by the tractor")
+    label = "given by the tractor" + (", and stored in the links at the start" if at_start else "")
+    above.plot(time, record["drivetrain.energy.tractor"] + at_start, color=BLACK, linewidth=1.4, label=label)
     above.set_ylabel("energy since the start / J")
     above.legend(loc="upper left", reverse=True)
     below.plot(time, record.imbalance, color=VERMILLION, linewidth=1.1)

@@ -15,12 +15,12 @@ from scenarios.balancing.search import (
     REACH,
     STRETCH,
     WISHES,
-    _room,
-    _room_by,
     is_buildable,
     peak,
     rms,
     rms_by,
+    room,
+    room_by,
     search,
     sizes_by,
 )
@@ -52,8 +52,8 @@ def test_gradients_against_differences(machine):
         for goal in ("torque", "loaded", "force"):
             differences = (rms(above, goal) - rms(below, goal)) / (2 * step)
             assert rms_by(turn, goal)[column] == pytest.approx(differences, rel=1e-4, abs=1e-6), (name, goal)
-        rooms = (_room(replace(SOME, **{name: getattr(SOME, name) + sign * step}), machine) for sign in (1, -1))
-        assert _room_by(SOME)[:, column] == pytest.approx(np.subtract(*rooms) / (2 * step), abs=1e-4), name
+        rooms = (room(replace(SOME, **{name: getattr(SOME, name) + sign * step}), machine) for sign in (1, -1))
+        assert room_by(SOME)[:, column] == pytest.approx(np.subtract(*rooms) / (2 * step), abs=1e-4), name
     assert abs(sizes_by(turn, "torque")).max() > 0
 
 
