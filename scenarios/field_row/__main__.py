@@ -109,7 +109,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--masses",
         action="store_true",
-        help="give the links the masses of a plausible machine: sections of steel and aluminium, 3.4 kg in all",
+        help="give the links the masses of a plausible machine, sections of steel and aluminium, 3.4 kg in all; and "
+        "show what they do to torque, speed and coupling",
     )
     parser.add_argument("--no-study", action="store_true", help="leave out the error against the communication step")
     parser.add_argument(
@@ -243,7 +244,11 @@ def run(
             try:
                 begun(planted)
                 is_ours = all(_is_ours(system, name) for name in ("drivetrain", "soil")) and mass_study.offered(system)
-                weighed = mass_study.measure(system, masses_of(system, told), pool, begun) if is_ours else lambda: None
+                weighed = (
+                    mass_study.measure(system, masses_of(system, told), pool, begun)
+                    if with_masses and is_ours
+                    else lambda: None
+                )
                 study, record = row_study.measure(system, pool, begun), planted.result()
                 of_masses = weighed()
             except BaseException:
@@ -538,7 +543,7 @@ def findings_of_masses(found: MassStudy) -> list[str]:
     return [
         (
             "The masses are assumptions: links of steel and aluminium with sections drawn in "
-            f"`scenarios/common/masses.py`, {found.mass:.2f} kg in all. `--masses` plants the whole row with them."
+            f"`scenarios/common/masses.py`, {found.mass:.2f} kg in all."
         ),
         (
             f"In a turn, inertia takes {shares['inertia'].min():.1f} to {shares['inertia'].max():.1f} N·m of the "

@@ -191,7 +191,7 @@ def test_the_report_shows_what_masses_do(system, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(row_study, name, value)
     for name, value in (("STEPS_MS", (5.0, 10.0)), ("HALVINGS", 2), ("PLANTS", 1), ("STEP", 5e-3)):
         monkeypatch.setattr(mass_study, name, value)
-    assert field_row.main(["--plants", "1", "--step", "5", "--output", str(tmp_path)]) == 0
+    assert field_row.main(["--masses", "--plants", "1", "--step", "5", "--output", str(tmp_path)]) == 0
     text = (tmp_path / "field_row.md").read_text(encoding="utf-8")
     part = text[text.index("## Masses") :]
     assert "nan" not in part.lower() and "diverges" in part
