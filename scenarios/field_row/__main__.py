@@ -10,6 +10,7 @@ takes a partner's place by --system, with a copy of that file.
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import math
 import multiprocessing
 import os
@@ -190,6 +191,10 @@ def _told_apart(settings: dict[str, Value], system: System) -> dict[str, Value]:
     return told
 
 
+def _is_ours_to_weigh(system: System) -> bool:
+    return all(_is_ours(system, name) for name in ("drivetrain", "soil")) and mass_study.offered(system)
+
+
 def masses_of(system: System, settings: Mapping[str, Value] | None = None) -> dict[str, Value]:
     """The masses of a plausible machine as parameters of the system: those of the geometry that it is given."""
     given = {str(port): value for port, value in system.parameters.items()} | dict(settings or {})
@@ -228,6 +233,11 @@ def run(
     no_study = "" if with_study else "as asked by --no-study"
     if missing and not no_study:
         no_study = f"it needs {', '.join(missing)}, which the FMUs of this system do not offer"
+    if with_masses and not no_study and _is_ours_to_weigh(system) and not importlib.util.find_spec("scipy"):
+        raise SystemFault(
+            "--masses: the study of what masses do needs scipy, which `make .venv/ready-test` installs; --no-study "
+            "leaves it out."
+        )
     study = of_masses = None
     if no_study:
         with _bar(row.stop, "planting") as bar:
@@ -243,11 +253,9 @@ def run(
             planted = pool.submit(row_run.run, row.system, master, step_ms * 1e-3, row.stop)
             try:
                 begun(planted)
-                is_ours = all(_is_ours(system, name) for name in ("drivetrain", "soil")) and mass_study.offered(system)
+                is_weighed = with_masses and _is_ours_to_weigh(system)
                 weighed = (
-                    mass_study.measure(system, masses_of(system, told), pool, begun)
-                    if with_masses and is_ours
-                    else lambda: None
+                    mass_study.measure(system, masses_of(system, told), pool, begun) if is_weighed else lambda: None
                 )
                 study, record = row_study.measure(system, pool, begun), planted.result()
                 of_masses = weighed()

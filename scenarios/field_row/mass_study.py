@@ -18,7 +18,6 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from scenarios.common.instance import UnpackedFmu
 from scenarios.common.linkage import Linkage
@@ -152,6 +151,8 @@ def border(system: System, masses: Mapping[str, Value], hand: Hand, step: float)
 
 def truth(system: System, masses: Mapping[str, Value], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Angle and speed of the soft drive's crank at these times, and nothing of co-simulation in them."""
+    from scipy.integrate import solve_ivp  # not among what `make run` installs
+
     told = soft(system, masses)
     drive = Drivetrain(instance_name="truth")
     for port in (told.port(f"drivetrain.{name}") for name in drive.value if told.offers(f"drivetrain.{name}")):

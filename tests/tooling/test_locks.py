@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -37,6 +40,21 @@ def test_what_runs_is_part_of_what_is_tested():
 def test_make_run_installs_no_more_than_it_runs_with():
     heavy = {"cmake", "dask", "distributed", "pyarrow", "scipy", "pytest", "ecospy", "libcosimpy", "mypy", "mpmath"}
     assert not heavy & {package for package, _, _ in pins("requirements-run")}
+
+
+def test_make_run_installs_what_it_runs_with():
+    """What its programs load, in a process of their own, is of packages that its lock files pin."""
+    programs = [
+        "fmu_src.cli", "scenarios.field_row.partners.build", "scenarios.field_row.ssp",
+        "scenarios.paper_cycle.__main__", "scenarios.field_row.__main__",
+    ]  # fmt: skip
+    code = f"import {', '.join(programs)}, sys; print(*{{name.partition('.')[0] for name in sys.modules}})"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PROJECT_ROOT)
+    packages = importlib.metadata.packages_distributions()
+    found = {package.lower() for name in loaded.stdout.split() for package in packages.get(name, ())}
+    pinned = {package for name in ("requirements-run", "requirements-compiler") for package, _, _ in pins(name)}
+    assert {"numpy", "matplotlib"} <= found
+    assert not found - pinned - {PROJECT["name"], "setuptools"}, "setuptools: of the environment itself"
 
 
 def test_every_package_has_hashes():
