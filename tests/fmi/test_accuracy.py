@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import random
 from collections.abc import Callable
 
 import numpy as np
@@ -15,6 +14,7 @@ from fmu_src.oracle.oracle import Oracle, conditioning, error
 from fmu_src.oracle.tables import Row, rows
 from fmu_src.twin.linkage import Geometry, solve
 from tests.conftest import BOTH_VERSIONS
+from tests.harness.dead_points import DEAD_POINTS, beside_dead_point
 from tests.harness.host import DISCARD, PLANTING_SPEED, Instance
 
 TIP = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay")
@@ -107,35 +107,6 @@ def test_tables(new, row):
 def test_tables_nozzle_angle_and_margin(new, row):
     check_scalar(new(), "tip.angle", Oracle.nozzle_angle, row.geometry, row.phi)
     check_scalar(new(), "assembly.margin", Oracle.margin, row.geometry, row.phi)
-
-
-# The length that brings a dyad to its dead point, the dyad's other link, and 1 where the links fold there, -1 where
-# they stretch: length = base + side * (other link) at the dead point itself.
-DEAD_POINTS = {
-    "ABD stretched": ("L2", "L3", -1),
-    "ABD folded, AB longer": ("L2", "L3", 1),
-    "ABD folded, DB longer": ("L3", "L2", 1),
-    "EFG stretched": ("L7", "L6", -1),
-    "EFG folded, GF longer": ("L7", "L6", 1),
-    "EFG folded, EF longer": ("L6", "L7", 1),
-}
-
-
-def beside_dead_point(case: str, gap: float) -> tuple[dict[str, float], float]:
-    """A geometry, and an angle at which it is `gap` metres from a dead point; beyond it where gap < 0."""
-    length, other, side = DEAD_POINTS[case]
-    chance = random.Random(case)
-    while True:
-        geometry, phi = dict(chance.choice(rows("geometries")).geometry), chance.uniform(-10, 10)
-        pose = Oracle(geometry).pose(phi)
-        base = float(abs(pose.D - pose.A) if case.startswith("ABD") else abs(pose.G - pose.E))
-        geometry[length] = base + side * (geometry[other] - 1e-4)
-        try:
-            Oracle(geometry).pose(phi)
-        except ValueError:
-            continue  # the other dyad cannot close then
-        if geometry[length] > 0.01:
-            return geometry | {length: base + side * (geometry[other] - gap)}, phi
 
 
 @pytest.mark.parametrize("gap", [1e-4, 1e-7, 1e-11])

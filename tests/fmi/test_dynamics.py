@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from mpmath import mp, mpf
 
 from fmu_src.interface import load_interface
 from fmu_src.oracle.dynamics import Dynamics
-from fmu_src.oracle.oracle import Oracle
+from fmu_src.oracle.oracle import Oracle, conditioning, error
 from fmu_src.twin import dynamics
 from fmu_src.twin.linkage import Geometry, solve
 from tests.conftest import BOTH_VERSIONS
+from tests.harness.dead_points import DEAD_POINTS, beside_dead_point
 from tests.harness.host import ERROR, bits
 from tests.harness.masses import MASSES, PLAUSIBLE
 
@@ -66,6 +68,50 @@ def test_values_to_50_digits(new, case):
     scale = {"crank.tau": 10.0, "crank.tau_bias": 10.0, "crank.inertia": 0.1, "machine.fx": 100.0, "machine.fy": 100.0}
     for name, value in zip([*OF_MASSES, *ENERGIES], found, strict=True):
         assert abs(value - right[name]) <= 1e-13 * max(abs(right[name]), scale.get(name, 1.0)), name
+
+
+def asked(oracle: Oracle, phi: mpf, order: int) -> list[tuple[mpf, ...]]:
+    """The outputs and, at order 1, their slopes by phi, for `conditioning`; the oracle's numbers are the whole case's.
+
+    `conditioning` thus nudges masses and inputs as it does the geometry.
+    """
+    of, nudge = oracle.geometry, mpf(10) ** -20
+    at = Dynamics(oracle, {name: of[f"body.{name}"] for name in INTERFACE.masses}, of["gravity"])
+
+    def values(angle: mpf) -> tuple[mpf, ...]:
+        machine, force = (of["machine.v"], mpf(0)), (of["tip.fx"], of["tip.fy"])
+        found = at.outputs(angle, of["crank.w"], of["crank.a"], machine, force)
+        return tuple(found[name] for name in (*OF_MASSES, *ENERGIES))
+
+    here = values(phi)
+    if order == 0:
+        return [here]
+    return [here, tuple((there - one) / nudge for there, one in zip(values(phi + nudge), here, strict=True))]
+
+
+@cache
+def beside(kind: str, gap: float) -> tuple[dict[str, float], dict[str, mpf], tuple[float, ...]]:
+    """Masses, inputs and a geometry `gap` metres from a dead point; what is right there, and its conditioning."""
+    geometry, phi = beside_dead_point(kind, gap)
+    some = cases(len(DEAD_POINTS))[list(DEAD_POINTS).index(kind)] | {"crank.phi": phi}
+    case = some | {f"geometry.{name}": value for name, value in geometry.items()}
+    known = {f"body.{name}": value for name, value in INTERFACE.masses.items()} | {"gravity": GRAVITY}
+    known |= {name.removeprefix("geometry."): value for name, value in case.items() if name != "crank.phi"}
+    (units,) = conditioning(known, phi, 0, asked)
+    return case, exact(case), units
+
+
+@pytest.mark.parametrize("gap", [1e-4, 1e-7, 1e-11])
+@pytest.mark.parametrize("kind", DEAD_POINTS)
+def test_beside_every_kind_of_dead_point(new, kind, gap):
+    """Off by no more than four times what half a unit in the last place of each input and parameter does."""
+    case, right, units = beside(kind, gap)
+    names = [*OF_MASSES, *ENERGIES]
+    found = new().initialize(case).get(*names)
+    ratios = {
+        name: error(value, right[name]) / (unit / 2) for name, value, unit in zip(names, found, units, strict=True)
+    }
+    assert max(ratios.values()) <= 4, ratios
 
 
 def test_inertia_and_bias_make_the_torque(new):
