@@ -70,23 +70,28 @@ def test_noise_names_scatter_and_who_else_ran() -> None:
 
 
 def step_rounds(core: list[float], step: list[float], sincos: float = 10.0) -> list[dict[str, float]]:
-    return [{"sincos": sincos, "core_2": c, step_cost.STEP: s} for c, s in zip(core, step, strict=True)]
+    """With masses a step takes 90 ns."""
+    return [
+        {"sincos": sincos, "core_2": c, step_cost.STEP: s, step_cost.FOR_DRIVE: 90.0}
+        for c, s in zip(core, step, strict=True)
+    ]
 
 
 @pytest.mark.parametrize(
     ("step", "said"),
     [
-        ([60.0, 61.0, 62.0], ("is kept", "not kept")),
-        ([80.0, 81.0, 82.0], ("not kept", "not kept")),
-        ([60.0, 75.0, 90.0], ("not to be told from the scatter", "not kept")),
-        ([55.0, 56.0, 57.0], ("is kept", "is kept")),
+        ([60.0, 61.0, 62.0], ("is kept", "not kept", "is kept")),
+        ([80.0, 81.0, 82.0], ("not kept", "not kept", "is kept")),
+        ([50.0, 75.0, 90.0], ("not to be told", "not to be told", "not to be told")),
+        ([55.0, 56.0, 56.2], ("is kept", "is kept", "not kept")),
     ],
     ids=["in cores", "neither", "noise", "both"],
 )
-def test_bounds_of_a_step_are_judged_by_what_was_measured(step: list[float], said: tuple[str, str]) -> None:
+def test_bounds_of_a_step_are_judged_by_what_was_measured(step: list[float], said: tuple[str, str, str]) -> None:
     verdicts = step_cost.verdicts(step_rounds([50.0] * 3, step))
-    assert len(verdicts) == 2 and all(words in verdict for words, verdict in zip(said, verdicts, strict=True))
+    assert len(verdicts) == 3 and all(words in verdict for words, verdict in zip(said, verdicts, strict=True))
     assert "the bound of 1.4" in verdicts[0] and "the bound of 5.8" in verdicts[1]
+    assert "the bound of 1.6" in verdicts[2] and "torque, inertia and bias" in verdicts[2]
 
 
 def test_the_dearest_rung_is_named_only_where_times_are_steady() -> None:

@@ -2,7 +2,9 @@
  * core evaluated in the same process. Rounds of all measurements are interleaved; each line printed
  * is one round: nanoseconds per evaluation or step, in the order of the heading.
  *
- *   step_cost LIBRARY LIBRARY_OF_FMI_3 GUID ROUNDS */
+ *   step_cost LIBRARY LIBRARY_OF_FMI_3 GUID ROUNDS MASSES...
+ *
+ * MASSES: body.OA.m, body.OA.x and so on, in the order of their value references. */
 #define _GNU_SOURCE /* sincos, clock_gettime */
 #include "component/interface.h"
 #include "linkage/linkage.h"
@@ -21,6 +23,10 @@ enum { OUTPUTS = 6, PARAMETERS = VARIABLE_GEOMETRY_THETA9 - VARIABLE_GEOMETRY_L1
 static const fmi2ValueReference IN[] = {VARIABLE_CRANK_PHI, VARIABLE_CRANK_W, VARIABLE_CRANK_A};
 static const fmi2ValueReference OUT[] = {VARIABLE_TIP_X,  VARIABLE_TIP_Y,  VARIABLE_TIP_VX,
                                          VARIABLE_TIP_VY, VARIABLE_TIP_AX, VARIABLE_TIP_AY};
+enum { DRIVE_OUTPUTS = 3, MASSES = VARIABLE_GRAVITY - VARIABLE_BODY_OA_M };
+static const fmi2ValueReference FOR_DRIVE[] = {VARIABLE_CRANK_TAU, VARIABLE_CRANK_INERTIA,
+                                               VARIABLE_CRANK_TAU_BIAS};
+static double mass[MASSES];
 
 static Fmu fmu;
 static fmi2Component instance;
@@ -65,10 +71,17 @@ static double measure_core(int order) {
     return (now() - begin) / STEPS;
 }
 
-/* Steps with `inputs` of phi, w, a set and `outputs` of x, y, vx, vy, ax, ay read. */
-static double measure_steps(size_t inputs, size_t outputs) {
+/* Steps with `inputs` of phi, w, a set and `outputs` of `read` read. */
+static double measure_reading(const fmi2ValueReference *read, size_t inputs, size_t outputs,
+                              bool with_masses) {
     double value[6] = {0.0}, input[3] = {0.0, SPEED, 0.01};
     demand(fmu.reset(instance) == fmi2OK, "reset");
+    if (with_masses) {
+        fmi2ValueReference of[MASSES];
+        for (unsigned i = 0; i < MASSES; ++i)
+            of[i] = VARIABLE_BODY_OA_M + i;
+        demand(fmu.set_real(instance, of, MASSES, mass) == fmi2OK, "masses");
+    }
     demand(fmu.setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
     demand(fmu.enter(instance) == fmi2OK && fmu.leave(instance) == fmi2OK, "initialize");
     double sum = 0.0, begin = now();
@@ -78,13 +91,18 @@ static double measure_steps(size_t inputs, size_t outputs) {
         int failed = fmu.set_real(instance, IN, inputs, input) != fmi2OK;
         failed |= fmu.do_step(instance, t, H, fmi2True) != fmi2OK;
         if (outputs > 0)
-            failed |= fmu.get_real(instance, OUT, outputs, value) != fmi2OK;
+            failed |= fmu.get_real(instance, read, outputs, value) != fmi2OK;
         demand(!failed, "step");
         sum += value[0] + value[5];
     }
     sink = sum;
     return (now() - begin) / STEPS;
 }
+
+static double measure_steps(size_t inputs, size_t outputs) {
+    return measure_reading(OUT, inputs, outputs, false);
+}
+static double measure_for_drive(void) { return measure_reading(FOR_DRIVE, 3, DRIVE_OUTPUTS, true); }
 
 /* ---- FMI 3.0, and Model Exchange ---- */
 
@@ -203,7 +221,9 @@ static double measure_model_exchange(void) {
 }
 
 int main(int count, char **arguments) {
-    demand(count == 5, "usage: step_cost LIBRARY LIBRARY_OF_FMI_3 GUID ROUNDS");
+    demand(count == 5 + MASSES, "usage: step_cost LIBRARY LIBRARY_OF_FMI_3 GUID ROUNDS MASSES...");
+    for (int i = 0; i < MASSES; ++i)
+        mass[i] = atof(arguments[5 + i]);
     fmu = load_fmu(arguments[1]);
     instance = new_instance(&fmu, arguments[3]);
     load_fmu3(arguments[2], arguments[3]);
@@ -216,15 +236,16 @@ int main(int count, char **arguments) {
     linkage_prepare(&geometry, &linkage);
 
     puts("sincos,core_0,core_1,core_2,step_phi_w_a_get_6,step_phi_w_get_6,step_phi_get_6,"
-         "step_phi_w_a_get_4,step_phi_w_a_get_2,step_phi_w_a_get_0,step_fmi3,model_exchange,"
+         "step_phi_w_a_get_4,step_phi_w_a_get_2,step_phi_w_a_get_0,step_for_drive,step_fmi3,"
+         "model_exchange,"
          "initializing,initializing_directional,initializing_adjoint");
     for (int round = atoi(arguments[4]); round > 0; --round) {
         printf("%g,%g,%g,%g,", measure_sincos(), measure_core(0), measure_core(1), measure_core(2));
         /* the versions in turns, now one and now the other first */
         double step3 = round % 2 ? measure_steps3() : 0.0, step2 = measure_steps(3, 6);
         step3 = round % 2 ? step3 : measure_steps3();
-        printf("%g,%g,%g,%g,%g,%g,", step2, measure_steps(2, 6), measure_steps(1, 6),
-               measure_steps(3, 4), measure_steps(3, 2), measure_steps(3, 0));
+        printf("%g,%g,%g,%g,%g,%g,%g,", step2, measure_steps(2, 6), measure_steps(1, 6),
+               measure_steps(3, 4), measure_steps(3, 2), measure_steps(3, 0), measure_for_drive());
         printf("%g,%g,%g,%g,%g\n", step3, measure_model_exchange(),
                measure_derivatives(false, false), measure_derivatives(true, false),
                measure_derivatives(false, true));

@@ -24,13 +24,22 @@ import numpy as np
 from scenarios.common import reports
 from scenarios.common.command import ROOT
 from scenarios.common.instance import Instance, UnpackedFmu
+from scenarios.common.masses import plausible
 from scenarios.common.reports import machine
 from scenarios.common.timing import Ratios, noise_here
-from scenarios.speed_vs_error.yardstick import INTERFACE_SOURCE, LINKAGE_SOURCES, compile_program, host_platform
+from scenarios.speed_vs_error.yardstick import (
+    INTERFACE_SOURCE,
+    LINKAGE_SOURCES,
+    NOMINAL,
+    compile_program,
+    host_platform,
+)
 
 ROUNDS = 1001
 STEP = "step_phi_w_a_get_6"
+FOR_DRIVE = "step_for_drive"
 STEP_IN_CORES, STEP_IN_SINCOS = 1.4, 5.8  # what a step may cost at most
+FOR_DRIVE_IN_STEPS = 1.6  # what one with masses may, for a drive
 HOST_SOURCE = Path(__file__).with_name("step_cost.c")
 
 MEANING = {
@@ -44,6 +53,7 @@ MEANING = {
     "step_phi_w_a_get_4": "step: three in; position, velocity out",
     "step_phi_w_a_get_2": "step: three in; position out",
     "step_phi_w_a_get_0": "step: three in; nothing read",
+    "step_for_drive": "step: three in; crank torque, inertia and bias out, with all masses set",
     "step_fmi3": "FMI 3.0 step: three in; position, velocity, acceleration out",
     "model_exchange": "Model Exchange: time and three in; the same out",
     "initializing": "initialization mode: three in; the same out",
@@ -84,7 +94,9 @@ def measure(fmu: UnpackedFmu, fmi3: Path, rounds: int) -> list[dict[str, float]]
         host = Path(folder) / "step_cost"
         options = ("-I", str(ROOT), "-ldl", "-Wno-conversion")
         compile_program((HOST_SOURCE, *LINKAGE_SOURCES, INTERFACE_SOURCE), host, target, *options)
-        command = [str(host), str(fmu.library), library3, fmu.guid, str(rounds)]
+        masses = plausible(NOMINAL)
+        values = [repr(masses[name]) for name in sorted(masses, key=lambda name: fmu.reference[name])]
+        command = [str(host), str(fmu.library), library3, fmu.guid, str(rounds), *values]
         output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(io.StringIO(output))]
 
@@ -133,15 +145,22 @@ def summarize(rounds: list[dict[str, float]]) -> list[Row]:
     ]
 
 
+BOUNDS = (
+    ("A step with three inputs and six outputs", STEP, "core_2", STEP_IN_CORES),
+    ("A step with three inputs and six outputs", STEP, "sincos", STEP_IN_SINCOS),
+    ("A step that reads torque, inertia and bias, with all masses set,", FOR_DRIVE, STEP, FOR_DRIVE_IN_STEPS),
+)  # what is measured, its key, what it is measured by, how often that it may take at most
+
+
 def verdicts(rounds: list[dict[str, float]]) -> list[str]:
     """Whether a step keeps its bounds on this machine; where the scatter does not tell, that is what is said."""
     said = []
-    for name, base, bound in ((STEP, "core_2", STEP_IN_CORES), (STEP, "sincos", STEP_IN_SINCOS)):
+    for title, name, base, bound in BOUNDS:
         ratios = Ratios(np.array([r[name] / r[base] for r in rounds]))
         verdict = {-1: "kept", 0: "not to be told from the scatter of this run", 1: "not kept"}[ratios.side(bound)]
         low, high = ratios.quartiles
         said.append(
-            f"A step with three inputs and six outputs in times of {MEANING[base]}: {ratios.median:.2f} (middle half "
+            f"{title} in times of {MEANING[base]}: {ratios.median:.2f} (middle half "
             f"{low:.2f} to {high:.2f}); the bound of {bound:g} is {verdict}."
         )
     return said
