@@ -6,6 +6,7 @@
 measures, in this order, and writes tables and figures to one folder:
 
     solving      one evaluation, ours beside other packages', against 50 digits
+    dynamics     torque, inertia and bias of the moving masses, likewise
     cost         what a step costs beside the bare core; FMI 2.0, FMI 3.0, the twin
     hard_cases   dead points, poles, odd clocks and hosts: worst values and bounds
     coupling     every way of giving the crank to the FMU, along several motions, with steps from 0.1 to 20 ms;
@@ -54,13 +55,14 @@ from scenarios.speed_vs_error.coupling.measure import (
 from scenarios.speed_vs_error.coupling.smoothing import EXACT, NOISY, SMOOTHED, WINDOWS_MS, Smoothing
 
 OUTPUT = ROOT / "build" / "reports" / "speed_vs_error"
-PARTS = ("solving", "cost", "hard_cases", "coupling")
+PARTS = ("solving", "dynamics", "cost", "hard_cases", "coupling")
 NOT_MEASURED = {
     "solving": "## Solving\n\nNot measured in this run.\n",
+    "dynamics": "## Inverse dynamics\n\nNot measured in this run.\n",
     "cost": "## Cost of a step\n\nNot measured in this run.\n",
     "hard_cases": "## The hard cases\n\nNot measured in this run.\n",
 }  # sections of the report
-SHORT = {"smallest_step": 2.0, "rounds": 31, "angles": 200}
+SHORT = {"smallest_step": 2.0, "rounds": 31, "angles": 200, "angles_of_dynamics": 40}
 
 ROUNDS = 1001  # of the C host
 REFERENCE = "ripple"  # the profile of the headline
@@ -99,7 +101,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="MS",
         help=f"leave out smaller steps: 0.1 to 2 ms (default: {STEPS_MS[0]:g})",
     )
-    parser.add_argument("--rounds", type=_rounds, help=f"of the time measurements (default: {ROUNDS}; solving: 101)")
+    parser.add_argument(
+        "--rounds", type=_rounds, help=f"of the time measurements (default: {ROUNDS}; solving, dynamics: 101)"
+    )
     parser.add_argument(
         "--figure", type=Path, metavar="FILE", help="only write the documentation's figure, as SVG, to this file"
     )
@@ -129,6 +133,15 @@ def perform(options: argparse.Namespace, console: Console, met: list[bool]) -> l
         turns = min(rounds, solving.ROUNDS)
         sections["solving"], files = apart(
             solving.perform, options.output, options.fmu, options.twin, turns, angles, not options.short
+        )
+        written += files
+    if "dynamics" in parts:
+        from scenarios.speed_vs_error.dynamics import report as dynamics
+
+        angles = SHORT["angles_of_dynamics"] if options.short else dynamics.ANGLES
+        turns = min(rounds, dynamics.ROUNDS)
+        sections["dynamics"], files = apart(
+            dynamics.perform, options.output, options.fmu, turns, angles, not options.short
         )
         written += files
     if "cost" in parts:
@@ -587,7 +600,7 @@ def report(results: Results, sections: Mapping[str, str]) -> str:
         "![What smoothing buys and costs](smoothing.png)",
         "",
     ]
-    parts += [sections["solving"], sections["cost"]]
+    parts += [sections["solving"], sections["dynamics"], sections["cost"]]
     parts += ["## What a step costs by what is read", ""]
     if results.c_host is None:
         parts += [f"Not measured: the C host could not be built or run here ({results.why.partition(chr(10))[0]}).", ""]

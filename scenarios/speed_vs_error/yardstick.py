@@ -15,17 +15,19 @@ from fmu_src.exporter.compiler import (
 )
 from fmu_src.interface import load_interface
 from fmu_src.oracle import printed_equations
+from fmu_src.oracle.dynamics import Dynamics
 from fmu_src.oracle.oracle import Oracle, Pose, conditioning, error
 from fmu_src.oracle.tables import rows as exact_rows
 from fmu_src.twin import linkage as twin
 
 __all__ = [
-    "INTERFACE_SOURCE", "LINKAGE_SOURCES", "NOMINAL", "SOURCE_ROOT", "TOKEN", "TURN_TIME", "Oracle", "Pose",
-    "compile_library", "compile_program", "conditioning", "error", "exact_rows", "host_platform", "printed_equations",
-    "twin",
+    "INTERFACE_SOURCE", "LINKAGE_SOURCES", "NOMINAL", "SOURCE_ROOT", "STANDARD_GRAVITY", "TOKEN", "TURN_TIME",
+    "Dynamics", "Oracle", "Pose", "compile_library", "compile_program", "conditioning", "error", "exact_rows",
+    "host_platform", "printed_equations", "twin",
 ]  # fmt: skip
 
 INTERFACE_SOURCE = SOURCE_ROOT / "component" / "interface.c"
 NOMINAL = load_interface().geometry
+STANDARD_GRAVITY = load_interface().gravity  # m/s2
 TURN_TIME = load_interface().model.turn_time  # s
 TOKEN = load_interface().token

@@ -283,7 +283,7 @@ def test_the_report_names_the_machine_and_shows_its_figures(finished: Finished) 
 def test_what_was_not_measured_in_this_run_is_said(finished: Finished) -> None:
     """Whatever other runs left in the folder: nothing but this run is in its report."""
     text = (finished.output / "speed_vs_error.md").read_text(encoding="utf-8")
-    for heading in ("## Solving", "## Cost of a step", "## The hard cases"):
+    for heading in ("## Solving", "## Inverse dynamics", "## Cost of a step", "## The hard cases"):
         assert text.count(f"{heading}\n\nNot measured in this run.\n") == 1
 
 
@@ -301,9 +301,18 @@ def test_all_parts_are_one_report_in_one_folder(monkeypatch: pytest.MonkeyPatch,
     assert speed_vs_error.main(arguments) == 1
     text = (tmp_path / "all" / "speed_vs_error.md").read_text(encoding="utf-8")
     assert "Not measured in this run" not in text and "0 of 2 lines are met" in text
-    assert text.index("## Coupling") < text.index("## Solving") < text.index("## Cost of a step")
+    assert text.index("## Coupling") < text.index("## Solving") < text.index("## Inverse dynamics")
+    assert text.index("## Inverse dynamics") < text.index("## Cost of a step")
     assert text.index("## Cost of a step") < text.index("## The hard cases") < text.index("## Files")
-    others = ["hard_cases.csv", "hard_cases.md", "hard_cases.png", "solving.csv", "solving.md", "solving.png"]
+    others = [
+        "dynamics.csv",
+        "hard_cases.csv",
+        "hard_cases.md",
+        "hard_cases.png",
+        "solving.csv",
+        "solving.md",
+        "solving.png",
+    ]
     assert sorted(path.name for path in (tmp_path / "all").iterdir()) == sorted([*FILES, *others, "step_cost.csv"])
 
 

@@ -7,6 +7,7 @@
 #define INTERNAL static
 #include "component/interface.h"
 #include "linkage/linkage.c"
+#include "linkage/mass.c"
 #include "scenarios/common/loader.h"
 
 #include <time.h>
@@ -37,6 +38,28 @@ static INLINE void core(double phi, int order, double *out) {
         out[4] = speed * speed * pose.tip[2].x;
         out[5] = speed * speed * pose.tip[2].y;
     }
+}
+
+/* ---- inverse dynamics by the core: torque, inertia and bias of the masses that were given ---- */
+
+typedef struct {
+    double crank_a, gravity, force_x, force_y; /* rad/s2, m/s2, N on the tip */
+} Load;
+
+static double masses[sizeof(LinkageMasses) / sizeof(double)];
+static LinkageInertia inertia;
+static Load load_on;
+
+static INLINE void core_dynamics(double phi, int order, double *out) {
+    LinkagePose pose;
+    LinkageMassJets jets = {.order = -1};
+    linkage_place(&linkage, phi, &pose, NULL);
+    linkage_differentiate_masses(&linkage, &inertia, &pose, order, &jets);
+    double bias = 0.5 * jets.inertia[1] * speed * speed + load_on.gravity * jets.moment[1].y
+                  - load_on.force_x * pose.tip[1].x - load_on.force_y * pose.tip[1].y;
+    out[0] = bias + jets.inertia[0] * load_on.crank_a;
+    out[1] = jets.inertia[0];
+    out[2] = bias;
 }
 
 /* ---- the paper's equations, mended where the print is wrong ----
@@ -209,19 +232,30 @@ static Fmu fmu;
 static fmi2Component instance;
 static double moment, angle; /* s, rad: where the last step ended */
 
-static INLINE void fmu_step(double phi, int order, double *out) {
+static INLINE void step_and_read(double phi, double a, const fmi2ValueReference *read, size_t count,
+                                 double *out) {
     static const fmi2ValueReference in[] = {VARIABLE_CRANK_PHI, VARIABLE_CRANK_W, VARIABLE_CRANK_A};
-    static const fmi2ValueReference tip[] = {VARIABLE_TIP_X,  VARIABLE_TIP_Y,  VARIABLE_TIP_VX,
-                                             VARIABLE_TIP_VY, VARIABLE_TIP_AX, VARIABLE_TIP_AY};
-    double input[] = {phi, speed, 0.0};
+    double input[] = {phi, speed, a};
     int failed = fmu.set_real(instance, in, 3, input) != fmi2OK;
     /* As long as the crank takes to turn so far: a speed that the angles contradict is ignored. */
     double turned = phi > angle ? phi - angle : phi - angle + TURN, step = turned / speed;
     failed |= fmu.do_step(instance, moment, step, fmi2True) != fmi2OK;
-    failed |= fmu.get_real(instance, tip, 2 * ((size_t)order + 1), out) != fmi2OK;
+    failed |= fmu.get_real(instance, read, count, out) != fmi2OK;
     demand(!failed, "step");
     moment += step;
     angle = phi;
+}
+
+static INLINE void fmu_step(double phi, int order, double *out) {
+    static const fmi2ValueReference tip[] = {VARIABLE_TIP_X,  VARIABLE_TIP_Y,  VARIABLE_TIP_VX,
+                                             VARIABLE_TIP_VY, VARIABLE_TIP_AX, VARIABLE_TIP_AY};
+    step_and_read(phi, 0.0, tip, 2 * ((size_t)order + 1), out);
+}
+
+static INLINE void fmu_dynamics(double phi, int order, double *out) {
+    static const fmi2ValueReference drive[] = {VARIABLE_CRANK_TAU, VARIABLE_CRANK_INERTIA,
+                                               VARIABLE_CRANK_TAU_BIAS};
+    step_and_read(phi, load_on.crank_a, drive, (size_t)order + 1, out);
 }
 
 /* ---- libm's sincos, the measure ---- */
@@ -258,10 +292,10 @@ typedef struct {
     double (*add_up)(const double *phi, size_t count);
 } Loops;
 
-#define DEFINE_LOOPS(way, order)                                                                   \
+#define DEFINE_LOOPS(way, order, width)                                                            \
     static void answer_##way##_##order(const double *phi, size_t count, double *out) {             \
         for (size_t i = 0; i < count; ++i)                                                         \
-            way(phi[i], order, out + 2 * i * (order + 1));                                         \
+            way(phi[i], order, out + (width) * i);                                                 \
     }                                                                                              \
     static double add_up_##way##_##order(const double *phi, size_t count) {                        \
         double sum = 0.0;                                                                          \
@@ -272,9 +306,11 @@ typedef struct {
         }                                                                                          \
         return sum;                                                                                \
     }
-#define DEFINE_WAY(way) DEFINE_LOOPS(way, 0) DEFINE_LOOPS(way, 1) DEFINE_LOOPS(way, 2)
+#define DEFINE_WAY(way) DEFINE_LOOPS(way, 0, 2) DEFINE_LOOPS(way, 1, 4) DEFINE_LOOPS(way, 2, 6)
+#define DEFINE_DYNAMICS(way) DEFINE_LOOPS(way, 2, 3) /* at order 2 alone */
 #define LOOPS(way, order) {answer_##way##_##order, add_up_##way##_##order}
 #define WAY(way) {LOOPS(way, 0), LOOPS(way, 1), LOOPS(way, 2)}
+#define DYNAMICS(way) {{NULL, NULL}, {NULL, NULL}, LOOPS(way, 2)}
 
 DEFINE_WAY(libm)
 DEFINE_WAY(core)
@@ -284,8 +320,28 @@ DEFINE_WAY(table)
 DEFINE_WAY(fmu_step)
 DEFINE_WAY(generated_0)
 DEFINE_WAY(generated_1)
-static const Loops ways[][ORDERS] = {WAY(libm),  WAY(core),     WAY(printed),     WAY(naive),
-                                     WAY(table), WAY(fmu_step), WAY(generated_0), WAY(generated_1)};
+DEFINE_DYNAMICS(core_dynamics)
+DEFINE_DYNAMICS(fmu_dynamics)
+static INLINE void generated_dynamics_0(double phi, int order, double *out) {
+    call_generated(0, order, phi, out);
+}
+static INLINE void generated_dynamics_1(double phi, int order, double *out) {
+    call_generated(1, order, phi, out);
+}
+DEFINE_DYNAMICS(generated_dynamics_0)
+DEFINE_DYNAMICS(generated_dynamics_1)
+static const Loops ways[][ORDERS] = {WAY(libm),
+                                     WAY(core),
+                                     WAY(printed),
+                                     WAY(naive),
+                                     WAY(table),
+                                     WAY(fmu_step),
+                                     WAY(generated_0),
+                                     WAY(generated_1),
+                                     DYNAMICS(core_dynamics),
+                                     DYNAMICS(fmu_dynamics),
+                                     DYNAMICS(generated_dynamics_0),
+                                     DYNAMICS(generated_dynamics_1)};
 
 EXPORTED void prepare(const double *parameters, double crank_speed);
 void prepare(const double *parameters, double crank_speed) {
@@ -293,6 +349,27 @@ void prepare(const double *parameters, double crank_speed) {
     speed = crank_speed;
     linkage_prepare(&geometry, &linkage);
     fill_table();
+}
+
+/* In the order of the value references, and a Load; before an FMU is loaded. */
+EXPORTED void give_masses(const double *values, const double *load);
+void give_masses(const double *values, const double *load) {
+    LinkageMasses given;
+    memcpy(masses, values, sizeof masses);
+    memcpy(&given, values, sizeof given);
+    memcpy(&load_on, load, sizeof load_on);
+    linkage_prepare_masses(&linkage, &given, &inertia);
+}
+
+/* What no measurement changes: masses, gravity and the force on the tip. */
+static void load_instance(void) {
+    const fmi2ValueReference other[] = {VARIABLE_GRAVITY, VARIABLE_TIP_FX, VARIABLE_TIP_FY};
+    const double values[] = {load_on.gravity, load_on.force_x, load_on.force_y};
+    demand(fmu.set_real(instance, other, 3, values) == fmi2OK, "load");
+    for (unsigned i = 0; i < sizeof masses / sizeof *masses; ++i) {
+        fmi2ValueReference of = VARIABLE_BODY_OA_M + i;
+        demand(fmu.set_real(instance, &of, 1, &masses[i]) == fmi2OK, "masses");
+    }
 }
 
 EXPORTED void load(const char *library, const char *guid, unsigned at_step_end);
@@ -303,6 +380,8 @@ void load(const char *library, const char *guid, unsigned at_step_end) {
     load_function(fmu.library, "fmi2SetBoolean", &set_boolean);
     fmi2Boolean yes = fmi2True;
     demand(set_boolean(instance, &at_step_end, 1, &yes) == fmi2OK, "at_step_end");
+    if (inertia.has_mass)
+        load_instance();
     demand(fmu.setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
     demand(fmu.enter(instance) == fmi2OK && fmu.leave(instance) == fmi2OK, "initialize");
 }

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from scenarios.common.command import ROOT
 from scenarios.common.instance import UnpackedFmu
-from scenarios.speed_vs_error.solving.way import CORE, GEOMETRY, HAND, OURS, PAPER, SPEED, Way
+from scenarios.speed_vs_error.solving.way import CORE, GEOMETRY, HAND, MOTION, OURS, PAPER, SPEED, Question, Way
 from scenarios.speed_vs_error.yardstick import compile_library, host_platform
 
 SOURCE = Path(__file__).with_name("evaluations.c")
-WAYS = ("sincos", CORE, "printed", "naive", "table", "fmu_in_c", "generated_0", "generated_1")  # as in evaluations.c
+WAYS = (
+    "sincos", CORE, "printed", "naive", "table", "fmu_in_c", "generated_0", "generated_1",
+    "core_dynamics", "fmu_dynamics", "generated_dynamics_0", "generated_dynamics_1",
+)  # fmt: skip  # as in evaluations.c
 _POINTER, _SIZE = ctypes.c_void_p, ctypes.c_size_t
 
 
@@ -33,6 +37,11 @@ class Library:
         parameters = np.array(list(GEOMETRY.values()))
         self._c.prepare(parameters.ctypes.data, SPEED)
 
+    def give_masses(self, masses: Sequence[float], load: Sequence[float]) -> None:
+        """To the core and to the FMU that is loaded thereafter; load: see `Load` in evaluations.c."""
+        given = [np.array(values, dtype=float) for values in (masses, load)]
+        self._c.give_masses(*(ctypes.c_void_p(values.ctypes.data) for values in given))
+
     def load_fmu(self, fmu: Path) -> None:
         """Instantiate the built FMU; ends the process where that fails, as the small C hosts do."""
         with UnpackedFmu(fmu) as unpacked:  # what is loaded stays when its file goes
@@ -43,12 +52,14 @@ class Library:
         """Give a generated function its place."""
         self._c.adopt(which, order, ctypes.cast(function, _POINTER))
 
-    def way(self, key: str, title: str, whose: str, remark: str = "", c_name: str = "") -> Way:
+    def way(
+        self, key: str, title: str, whose: str, remark: str = "", c_name: str = "", question: Question = MOTION
+    ) -> Way:
         """One of WAYS."""
         number = WAYS.index(c_name or key)
 
         def evaluate(phi: np.ndarray, order: int) -> np.ndarray:
-            answers = np.empty((len(phi), 2 * (order + 1)))
+            answers = np.empty((len(phi), question.width(order)))
             self._c.answer(number, order, phi.ctypes.data, len(phi), answers.ctypes.data)
             return answers
 

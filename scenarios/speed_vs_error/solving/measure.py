@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from scenarios.common.timing import Ratios
-from scenarios.speed_vs_error.solving.way import CORE, ORDERS, QUANTITIES, UNITS, Way, greatest, worst_errors
+from scenarios.speed_vs_error.solving.way import CORE, MOTION, Question, Way, greatest, worst_errors
 
 WRONG = 0.1  # of the greatest true value: an error beyond that is no inaccuracy any more
 ALIKE = 3.0  # up to this many times the core's error counts as the core's accuracy
@@ -21,7 +21,7 @@ FEWEST = 10
 class Cell:
     """One way at one order.
 
-    errors   worst distance from the truth: mm, mm/s, mm/s2, as many as the order gives
+    errors   worst distance from the truth in the question's units, as many as the order gives
     times    nanoseconds an evaluation, a round each; beside: the core's, measured just before, sincos: libm's
     why      why there are no times: what the way raised, or how wrong it is; "" where all is well
     """
@@ -50,18 +50,22 @@ class Cell:
         return self.of_core.median
 
 
-def verify(way: Way, order: int, phi: np.ndarray, exact: np.ndarray) -> tuple[tuple[float, ...], str]:
+def verify(
+    way: Way, order: int, phi: np.ndarray, exact: np.ndarray, question: Question = MOTION
+) -> tuple[tuple[float, ...], str]:
     """Worst errors over all angles, and what is wrong with the way, "" where nothing is."""
     try:
         answers = np.asarray(way.evaluate(phi, order), dtype=float)
     except Exception as error:  # noqa: BLE001 - a peer may raise anything; it is named in the table
         return (), f"failed: {str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__}"
-    expected = (len(phi), 2 * (order + 1))
+    expected = (len(phi), question.width(order))
     if answers.shape != expected:
         return (), f"wrong: {answers.shape} numbers instead of {expected}"
-    errors = worst_errors(answers, exact)
+    errors = worst_errors(answers, exact, question)
     # as many as the order has
-    for quantity, unit, error, scale in zip(QUANTITIES, UNITS, errors, greatest(exact), strict=False):
+    for quantity, unit, error, scale in zip(
+        question.quantities, question.units, errors, greatest(exact, question), strict=False
+    ):
         if not error <= WRONG * scale:
             return errors, f"wrong: {quantity} off by {error:.3g} {unit}, where it is at most {scale:.3g}"
     return errors, ""
@@ -74,37 +78,42 @@ def measure(
     exact: np.ndarray,
     rounds: int,
     done: Callable[[], object] = lambda: None,
+    *,
+    question: Question = MOTION,
+    timed: np.ndarray | None = None,
 ) -> list[Cell]:
     """Every way at every order: verified first, then timed in interleaved rounds, each time beside the core's.
 
-    `done` is called after each way verified, and after each round.
+    `done` is called after each way verified, and after each round; `timed` are other angles than those verified, where
+    these are too few to be timed.
     """
+    timed = phi if timed is None else timed
     core = next(way for way in ways if way.key == CORE)
     errors: dict[tuple[str, int], tuple[float, ...]] = {}
     why: dict[tuple[str, int], str] = {}
     counts: dict[tuple[str, int], int] = {}
     for way in ways:
-        for order in ORDERS:
+        for order in question.orders:
             at = way.key, order
-            errors[at], why[at] = verify(way, order, phi, exact)
+            errors[at], why[at] = verify(way, order, phi, exact, question)
             if not why[at]:
-                whole = way.nanoseconds(phi, order) * len(phi)  # warm by now
-                counts[at] = len(phi) if whole < BUDGET else max(FEWEST, int(len(phi) * BUDGET / whole))
+                whole = way.nanoseconds(timed, order) * len(timed)  # warm by now
+                counts[at] = len(timed) if whole < BUDGET else max(FEWEST, int(len(timed) * BUDGET / whole))
         done()
     taken: dict[tuple[str, int], list[tuple[float, float, float]]] = {at: [] for at in errors}
     for _ in range(rounds):
-        for order in ORDERS:
+        for order in question.orders:
             for way in ways:
                 at = way.key, order
                 if not why[at]:
-                    alone, beside = sincos.nanoseconds(phi, 0), core.nanoseconds(phi, order)
-                    mine = beside if way is core else way.nanoseconds(phi[: counts[at]], order)
+                    alone, beside = sincos.nanoseconds(timed, 0), core.nanoseconds(timed, order)
+                    mine = beside if way is core else way.nanoseconds(timed[: counts[at]], order)
                     taken[at].append((mine, beside, alone))
         done()
     return [
         Cell(way, order, errors[way.key, order], *np.array(taken[way.key, order]).reshape(-1, 3).T, why[way.key, order])
         for way in ways
-        for order in ORDERS
+        for order in question.orders
     ]
 
 

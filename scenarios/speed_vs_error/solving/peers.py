@@ -11,10 +11,11 @@ from __future__ import annotations
 import ctypes
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,16 @@ _G = SimpleNamespace(**GEOMETRY)
 _CRANK_OA, _CRANK_CD = _G.L1 * np.exp(1j * _G.phi1), _G.L4 * np.exp(1j * _G.phi4)
 _ARM = _G.L5 / _G.L3 * np.exp(-1j * _G.theta3)
 _NOZZLE = 0.5 - np.exp(1j * _G.theta8) * (_G.L8 + _G.L9 * np.exp(1j * _G.theta9)) / _G.L6
+
+
+COMPILED = (
+    ("", "compiled as the core is", ()),
+    (
+        ", -ffast-math",
+        "compiled for this very processor with -O3 and -ffast-math",
+        ("-O3", "-mcpu=native", "-ffp-contract=fast", "-ffast-math"),
+    ),
+)  # how generated C is compiled: the end of its title, a remark, the flags beside the usual ones
 
 
 def builders(library: Library, folder: Path) -> dict[str, Callable[[], list[Way]]]:
@@ -43,8 +54,13 @@ def builders(library: Library, folder: Path) -> dict[str, Callable[[], list[Way]
 
 def build_all(library: Library, folder: Path) -> tuple[list[Way], list[tuple[str, str]]]:
     """The ways of all packages that there are; the others by name, with the reason."""
+    return build_each(builders(library, folder))
+
+
+def build_each(every: Mapping[str, Callable[[], list[Way]]]) -> tuple[list[Way], list[tuple[str, str]]]:
+    """What can be built, by the name of each package; the others by name, with the reason."""
     found, missing = [], []
-    for name, build in builders(library, folder).items():
+    for name, build in every.items():
         try:
             found += build()
         except ImportError as error:
@@ -56,6 +72,11 @@ def build_all(library: Library, folder: Path) -> tuple[list[Way], list[tuple[str
 
 def closed_form(phi, cos: Callable, sin: Callable, sqrt: Callable) -> tuple:
     """x and y of the tip, with the functions of any algebra."""
+    return closed_loops(phi, cos, sin, sqrt)["tip"]
+
+
+def closed_loops(phi, cos: Callable, sin: Callable, sqrt: Callable) -> dict[str, tuple]:
+    """x and y of the tip, of the joints A, D and E, and of the vectors of the links AB, DB, EF and GF."""
     c, s = cos(phi), -sin(phi)
 
     def turned(z: complex, x, y) -> tuple:
@@ -71,14 +92,46 @@ def closed_form(phi, cos: Callable, sin: Callable, sqrt: Callable) -> tuple:
     A_x, A_y = turned(_CRANK_OA, c, s)
     D_x, D_y = turned(_CRANK_CD, c, s)
     D_x, D_y = D_x + _G.XC, D_y + _G.YC
-    arm_x, arm_y = turned(_ARM, *joint(D_x - A_x, D_y - A_y, _G.L2, _G.L3))
+    DB_x, DB_y = joint(D_x - A_x, D_y - A_y, _G.L2, _G.L3)
+    arm_x, arm_y = turned(_ARM, DB_x, DB_y)
     E_x, E_y = D_x + arm_x, D_y + arm_y
     GF_x, GF_y = joint(_G.XG - E_x, _G.YG - E_y, _G.L6, _G.L7)
-    nozzle_x, nozzle_y = turned(_NOZZLE, _G.XG + GF_x - E_x, _G.YG + GF_y - E_y)
-    return E_x + nozzle_x, E_y + nozzle_y
+    EF_x, EF_y = _G.XG + GF_x - E_x, _G.YG + GF_y - E_y
+    nozzle_x, nozzle_y = turned(_NOZZLE, EF_x, EF_y)
+    return {
+        "tip": (E_x + nozzle_x, E_y + nozzle_y),
+        "A": (A_x, A_y),
+        "D": (D_x, D_y),
+        "E": (E_x, E_y),
+        "AB": (D_x + DB_x - A_x, D_y + DB_y - A_y),
+        "DB": (DB_x, DB_y),
+        "EF": (EF_x, EF_y),
+        "GF": (GF_x, GF_y),
+    }
 
 
 # ---- CasADi ----------------------------------------------------------------------------
+
+
+def adopt_generated(library: Library, folder: Path, functions: Mapping[int, Any]) -> Iterator[tuple[str, str]]:
+    """Generate C of CasADi's functions, by the order of each, compile it in two ways and give it to the library.
+
+    Yields for each what its title ends with, and a remark.
+    """
+    import casadi
+
+    generator = casadi.CodeGenerator("generated.c", {"with_header": False})
+    for function in functions.values():
+        generator.add(function)
+    generator.generate(f"{folder}/")
+    target = host_platform()
+    for which, (suffix, remark, flags) in enumerate(COMPILED):
+        path = folder / f"generated_{which}{target.suffix}"
+        compile_library((folder / "generated.c",), path, target, "-w", "-fvisibility=default", *flags)
+        generated = ctypes.CDLL(str(path))
+        for order, function in functions.items():
+            library.adopt(which, order, getattr(generated, function.name()))
+        yield suffix, remark
 
 
 def casadi_ways(library: Library, folder: Path) -> list[Way]:
@@ -90,24 +143,12 @@ def casadi_ways(library: Library, folder: Path) -> list[Way]:
     for _ in ORDERS[1:]:
         rows.append(casadi.jacobian(rows[-1], phi) * SPEED)
     functions = [casadi.Function(f"tip_{n}", [phi], [casadi.cse(casadi.vertcat(*rows[: n + 1]))]) for n in ORDERS]
-    generator = casadi.CodeGenerator("tip.c", {"with_header": False})
-    for function in functions:
-        generator.add(function)
-    generator.generate(f"{folder}/")
-    target = host_platform()
-    here = {
-        "generated_0": ("", "compiled as the core is"),
-        "generated_1": (", -ffast-math", "compiled for this very processor with -O3 and -ffast-math"),
-    }
-    found = []
-    for which, (key, (suffix, remark)) in enumerate(here.items()):
-        path = folder / f"{key}{target.suffix}"
-        flags = ("-O3", "-mcpu=native", "-ffp-contract=fast", "-ffast-math") if which else ()
-        compile_library((folder / "tip.c",), path, target, "-w", "-fvisibility=default", *flags)
-        generated = ctypes.CDLL(str(path))
-        for n in ORDERS:
-            library.adopt(which, n, getattr(generated, f"tip_{n}"))
-        found.append(library.way(f"casadi_c_{which}", f"{name}, generated C{suffix}", PEER, remark, c_name=key))
+    found = [
+        library.way(f"casadi_c_{which}", f"{name}, generated C{suffix}", PEER, remark, c_name=f"generated_{which}")
+        for which, (suffix, remark) in enumerate(
+            adopt_generated(library, folder, dict(zip(ORDERS, functions, strict=True)))
+        )
+    ]
 
     def one_by_one(angles: np.ndarray, order: int) -> np.ndarray:
         f = functions[order]
@@ -131,6 +172,33 @@ def casadi_ways(library: Library, folder: Path) -> list[Way]:
 # ---- numba -----------------------------------------------------------------------------
 
 
+def dyad_in_numba(compiled: Callable) -> tuple[Callable, Callable, Callable]:
+    """A dyad's links, their rates and bends by the crank angle; `compiled` is the decorator that compiles each."""
+
+    @compiled
+    def joint(x, y, start, end):
+        square = x * x + y * y
+        area = math.sqrt(((start + end) ** 2 - square) * (square - (start - end) ** 2))
+        height, half = 0.5 * area / square, 0.5 / square
+        p = half * (start**2 - end**2 + square)
+        q = half * (start**2 - end**2 - square)
+        return p * x + height * y, p * y - height * x, q * x + height * y, q * y - height * x, -2.0 / area
+
+    @compiled
+    def first_rates(p_x, p_y, q_x, q_y, inverse, dx, dy):  # noqa: PLR0917 - numba has no others
+        return (q_x * dx + q_y * dy) * inverse, (p_x * dx + p_y * dy) * inverse
+
+    @compiled
+    def second_rates(p_x, p_y, q_x, q_y, inverse, dx, dy, p_rate, q_rate, p_length, q_length):  # noqa: PLR0917 - as above
+        """As fmu_src/twin/linkage.py: dot products take the other link's rate away."""
+        known_p, known_q = -p_rate * p_rate, -q_rate * q_rate
+        p_bend = (q_x * (dx - known_p * p_x) + q_y * (dy - known_p * p_y) + known_q * q_length**2) * inverse
+        q_bend = (p_x * (dx + known_q * q_x) + p_y * (dy + known_q * q_y) - known_p * p_length**2) * inverse
+        return p_bend, q_bend
+
+    return joint, first_rates, second_rates
+
+
 def numba_ways() -> list[Way]:
     import numba
 
@@ -143,26 +211,7 @@ def numba_ways() -> list[Way]:
     def build(order: int, fastmath: bool) -> tuple[Callable, Callable]:
         compiled = numba.njit(inline="always", fastmath=fastmath)
 
-        @compiled
-        def joint(x, y, start, end):
-            square = x * x + y * y
-            area = math.sqrt(((start + end) ** 2 - square) * (square - (start - end) ** 2))
-            height, half = 0.5 * area / square, 0.5 / square
-            p = half * (start**2 - end**2 + square)
-            q = half * (start**2 - end**2 - square)
-            return p * x + height * y, p * y - height * x, q * x + height * y, q * y - height * x, -2.0 / area
-
-        @compiled
-        def first_rates(p_x, p_y, q_x, q_y, inverse, dx, dy):  # noqa: PLR0917 - numba has no others
-            return (q_x * dx + q_y * dy) * inverse, (p_x * dx + p_y * dy) * inverse
-
-        @compiled
-        def second_rates(p_x, p_y, q_x, q_y, inverse, dx, dy, p_rate, q_rate, p_length, q_length):  # noqa: PLR0917 - as above
-            """As fmu_src/twin/linkage.py: dot products take the other link's rate away."""
-            known_p, known_q = -p_rate * p_rate, -q_rate * q_rate
-            p_bend = (q_x * (dx - known_p * p_x) + q_y * (dy - known_p * p_y) + known_q * q_length**2) * inverse
-            q_bend = (p_x * (dx + known_q * q_x) + p_y * (dy + known_q * q_y) - known_p * p_length**2) * inverse
-            return p_bend, q_bend
+        joint, first_rates, second_rates = dyad_in_numba(compiled)
 
         @compiled
         def solve(phi):

@@ -15,12 +15,30 @@ from scenarios.common import reports
 from scenarios.common.figures import BLACK, BLUE, GREEN, NOTE, STYLE, VERMILLION
 from scenarios.common.timing import noise_here, ratio_text
 from scenarios.speed_vs_error.solving.measure import ALIKE, Cell, core_of, times_the_error, wins
-from scenarios.speed_vs_error.solving.way import CORE, HAND, ORDERS, OURS, PAPER, PEER, QUANTITIES, UNITS
+from scenarios.speed_vs_error.solving.way import (
+    CORE,
+    HAND,
+    MOTION,
+    ORDERS,
+    OURS,
+    PAPER,
+    PEER,
+    QUANTITIES,
+    UNITS,
+    Question,
+)
 
-UP_TO = ("position", "+ velocity", "+ acceleration")
-HEADINGS = ("way", *UP_TO, f"error / {UNITS[0]}", *UNITS[1:])
+UP_TO = MOTION.levels
 LOOKS = {OURS: VERMILLION, PAPER: BLACK, HAND: GREEN, PEER: BLUE}
 MARKS = (("o", 4.5), ("s", 4.5), ("D", 4.5))  # of what is computed
+
+
+def headings(question: Question = MOTION) -> tuple[str, ...]:
+    """Of the table: times at each order, then errors."""
+    return ("way", *question.levels, f"error / {question.units[0]}", *question.units[1:])
+
+
+HEADINGS = headings()
 
 
 def error_text(value: float) -> str:
@@ -40,27 +58,28 @@ def table_rows(cells: Sequence[Cell]) -> list[tuple[str, ...]]:
     rows = []
     for row in by_way(cells):
         times = tuple(cell.why.partition(":")[0] if cell.why else ratio_text(cell.ratio) for cell in row)
-        errors = tuple(error_text(cell.errors[-1]) if cell.errors else "" for cell in row)
-        rows.append((row[0].way.title, *times, *errors))
+        first = tuple(map(error_text, row[0].errors)) or ("",) * (row[0].order + 1)
+        errors = tuple(error_text(cell.errors[-1]) if cell.errors else "" for cell in row[1:])
+        rows.append((row[0].way.title, *times, *first, *errors))
     return rows
 
 
-def _named(cell: Cell, core: Cell) -> str:
+def _named(cell: Cell, core: Cell, question: Question) -> str:
     """'numba (1.03 of the core's time; position error 0.8 times the core's)'."""
     factors = ", ".join(
         f"{quantity} error {float(f'{factor:.2g}'):g}"
-        for quantity, factor in zip(QUANTITIES, times_the_error(cell, core), strict=False)  # up to the order
+        for quantity, factor in zip(question.quantities, times_the_error(cell, core), strict=False)  # up to the order
     )
     return f"{cell.way.title} ({cell.of_core} of the core's time; {factors} times the core's)"
 
 
-def findings(cells: Sequence[Cell], missing: Sequence[tuple[str, str]]) -> list[str]:
+def findings(cells: Sequence[Cell], missing: Sequence[tuple[str, str]], question: Question = MOTION) -> list[str]:
     """Who beats the core in what, from the cells alone; who is missing."""
     found, sentences = wins(cells), []
-    for order in ORDERS:
+    for order in question.orders:
         core = core_of(cells, order)
         lost, level, faster, unsure = (
-            "; ".join(_named(cell, core) for cell in kind if cell.order == order)
+            "; ".join(_named(cell, core, question) for cell in kind if cell.order == order)
             for kind in (found.defeats, found.draws, found.faster, found.unsure)
         )
         alike = f"within the scatter of the rounds neither faster nor slower, at the core's accuracy, is {level}"
@@ -79,21 +98,21 @@ def findings(cells: Sequence[Cell], missing: Sequence[tuple[str, str]]) -> list[
                 and max(times_the_error(cell, core)) <= ALIKE
             ]
             if rivals:
-                sentence += f"; the next is {_named(min(rivals, key=lambda cell: cell.ratio), core)}"
+                sentence += f"; the next is {_named(min(rivals, key=lambda cell: cell.ratio), core, question)}"
         if faster:
             sentence += f". Faster, but less accurate: {faster}"
         if unsure:
             sentence += f". Less accurate, and within the scatter neither faster nor slower: {unsure}"
         sentence += "." if faster or unsure else ". Nothing less accurate is faster."
-        sentences.append(f"{_and(QUANTITIES[: order + 1])}: {sentence}")
+        sentences.append(f"{_and(question.quantities[: order + 1])}: {sentence}")
     names = sorted({cell.way.title for cell in found.sharper})
     sentences.append(
         f"Slower, but of half the core's error or less: {', '.join(names)}."
         if names
         else "No way has half the core's error or less."
     )
-    core_times = ", ".join(str(core_of(cells, order).of_sincos) for order in ORDERS)
-    sentences.append(f"The core takes the time of {core_times} calls of libm's sincos ({', '.join(UP_TO)}).")
+    core_times = ", ".join(str(core_of(cells, order).of_sincos) for order in question.orders)
+    sentences.append(f"The core takes the time of {core_times} calls of libm's sincos ({', '.join(question.levels)}).")
     wrong = dict.fromkeys((cell.way.title, cell.why) for cell in cells if cell.why)
     sentences += [f"Not timed: {title} ({why})." for title, why in wrong]
     sentences += [f"Missing: {name} ({why})." for name, why in missing]
@@ -102,7 +121,7 @@ def findings(cells: Sequence[Cell], missing: Sequence[tuple[str, str]]) -> list[
 
 def noise(cells: Sequence[Cell]) -> str:
     """How quiet the machine was, from libm's sincos, which was timed in every round beside the core."""
-    return noise_here(core_of(cells, ORDERS[0]).sincos, "libm's sincos")
+    return noise_here(next(cell for cell in cells if cell.way.key == CORE).sincos, "libm's sincos")
 
 
 def markdown(cells: Sequence[Cell], missing: Sequence[tuple[str, str]], angles: int, machine: str) -> str:

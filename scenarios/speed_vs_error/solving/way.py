@@ -28,6 +28,31 @@ Evaluate = Callable[[np.ndarray, int], np.ndarray]
 
 
 @dataclass(frozen=True)
+class Question:
+    """What every way is asked: at order n for the first n + 1 quantities, so many components of each.
+
+    levels   what each of the orders gives beside those before it
+    scale    of a unit in SI units
+    """
+
+    quantities: tuple[str, ...]
+    units: tuple[str, ...]
+    scale: tuple[float, ...]
+    components: int
+    orders: tuple[int, ...]
+    levels: tuple[str, ...]
+
+    def width(self, order: int) -> int:
+        """How many numbers an answer has."""
+        return self.components * (order + 1)
+
+
+MOTION = Question(
+    QUANTITIES, UNITS, (1e-3,) * len(UNITS), 2, tuple(ORDERS), ("position", "+ velocity", "+ acceleration")
+)
+
+
+@dataclass(frozen=True)
 class Way:
     """A way of solving the linkage.
 
@@ -72,13 +97,14 @@ def truth(phi: np.ndarray) -> np.ndarray:
     return answers
 
 
-def worst_errors(answers: np.ndarray, exact: np.ndarray) -> tuple[float, ...]:
-    """The greatest distance of an answer from the truth, a number for each quantity answered: mm, mm/s, mm/s2."""
+def worst_errors(answers: np.ndarray, exact: np.ndarray, question: Question = MOTION) -> tuple[float, ...]:
+    """The greatest distance of an answer from the truth, a number for each quantity answered, in its unit."""
     columns = answers.shape[1]
     off = (answers - exact[:, :columns, 0]) - exact[:, :columns, 1]
-    return tuple(1e3 * float(np.max(np.hypot(off[:, n], off[:, n + 1]))) for n in range(0, columns, 2))
+    apart = np.linalg.norm(off.reshape(len(off), -1, question.components), axis=2)
+    return tuple(float(worst) / scale for worst, scale in zip(apart.max(axis=0), question.scale, strict=False))
 
 
-def greatest(exact: np.ndarray) -> tuple[float, ...]:
-    """How great the quantities are at most: mm, mm/s, mm/s2."""
-    return worst_errors(np.zeros(exact.shape[:2]), exact)
+def greatest(exact: np.ndarray, question: Question = MOTION) -> tuple[float, ...]:
+    """How great the quantities are at most, each in its unit."""
+    return worst_errors(np.zeros(exact.shape[:2]), exact, question)
