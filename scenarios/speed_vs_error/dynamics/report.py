@@ -113,7 +113,8 @@ def markdown(cells: Sequence[Cell], missing: Missing, angles: int) -> str:
                 "on the tip. Errors are the worst distances from Lagrange's equation on the vector loops to 50 digits; "
                 "each way is held against it before it is timed. Times are the processor's, in times of the exact "
                 f"core's over {way.ANGLES} angles: medians of the ratios within {rounds} interleaved rounds. Peers "
-                f"have geometry, masses and motion as constants. Measured on: {machine()}."
+                f"have geometry, masses and motion as constants. No multibody program is among them: none was asked "
+                f"yet (what MuJoCo makes of the closed loops stands under *Solving*). Measured on: {machine()}."
             ),
             "",
             reports.markdown_table(HEADINGS, rows(cells, missing)),
