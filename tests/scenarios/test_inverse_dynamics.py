@@ -16,8 +16,7 @@ from scenarios.speed_vs_error.solving.way import CORE, SPEED, Way
 
 PHI = way.angles(24)
 EXACT = (1e-13, 1e-15, 1e-13)  # N m, kg m2, N m
-PEERS = {"CasADi": "casadi", "numba": "numba", "SymPy": "sympy"}  # by the module that each needs
-OF_DIFFERENTIATED = (2e-12, 1e-14, 2e-12)  # SymPy's terms, not simplified
+PEERS = {"CasADi": "casadi", "numba": "numba"}  # by the module that each needs
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +34,10 @@ def library(folder: Path) -> Library:
     return Library(folder)
 
 
-def check(one: Way, exact: np.ndarray, bounds: tuple[float, ...] = EXACT) -> None:
+def check(one: Way, exact: np.ndarray) -> None:
     errors, why = measure.verify(one, ORDER, PHI, exact, TORQUES)
     assert not why, f"{one.title}: {why}"
-    assert all(error <= bound for error, bound in zip(errors, bounds, strict=True)), (one.title, errors)
+    assert all(error <= bound for error, bound in zip(errors, EXACT, strict=True)), (one.title, errors)
     assert one.nanoseconds(PHI, ORDER) > 0
 
 
@@ -68,7 +67,7 @@ def test_a_body_left_out_is_seen(library, exact, body):
 def test_a_peer_that_is_installed_gives_right_answers(name, library, folder, exact):
     pytest.importorskip(PEERS[name], reason="only make bench installs it")
     for one in peers.builders(library, folder)[name]():
-        check(one, exact, OF_DIFFERENTIATED if name == "SymPy" else EXACT)
+        check(one, exact)
 
 
 def test_a_wrong_torque_is_reported_and_not_timed(exact):

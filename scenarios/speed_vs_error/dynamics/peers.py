@@ -1,6 +1,6 @@
-"""Lagrange's equation for one degree of freedom by CasADi, SymPy and numba, each as well used as we know how.
+"""Lagrange's equation for one degree of freedom by CasADi and numba, each as well used as we know how.
 
-CasADi and SymPy get the closed form of every body's centre and direction, and differentiate it themselves; numba gets
+CasADi gets the closed form of every body's centre and direction, and differentiates it itself; numba gets
 rates and bends of the dyads, written out. All have geometry, masses, speed and force as constants, which the core
 reads as numbers.
 """
@@ -52,7 +52,7 @@ def bodies() -> dict[str, Body]:
 
 def builders(library: Library, folder: Path) -> dict[str, Callable[[], list[Way]]]:
     """By the name of each package, what builds its ways."""
-    return {"CasADi": lambda: casadi_ways(library, folder), "numba": numba_ways, "SymPy": sympy_ways}
+    return {"CasADi": lambda: casadi_ways(library, folder), "numba": numba_ways}
 
 
 # ---- by an algebra that differentiates -------------------------------------------------
@@ -108,23 +108,6 @@ def casadi_ways(library: Library, folder: Path) -> list[Way]:
             for which, (suffix, remark) in enumerate(adopt_generated(library, folder, {ORDER: function}))
         ),
         Way("casadi_map", f"{name} in Python, mapped", PEER, all_at_once, remark="all angles in one call"),
-    ]
-
-
-def sympy_ways() -> list[Way]:
-    import sympy
-
-    phi = sympy.Symbol("phi", real=True)
-    wanted = lagrange(phi, sympy.cos, sympy.sin, sympy.sqrt, lambda e: sympy.diff(e, phi))
-    function = sympy.lambdify(phi, wanted, modules="numpy", cse=True)
-    return [
-        Way(
-            "sympy_arrays",
-            f"SymPy {sympy.__version__}, lambdify, numpy arrays",
-            PEER,
-            lambda angles, _order: np.stack(function(angles), axis=-1),
-            remark="derivatives by SymPy; all angles at once",
-        )
     ]
 
 

@@ -57,13 +57,13 @@ def ways_in_c(library: Library, fmu: Path) -> list[Way]:
 def run(fmu: Path, rounds: int, angles: int, with_peers: bool) -> tuple[list[Cell], list[tuple[str, str]]]:
     """Build every way, verify and time it; returns the cells, and the peers that are missing with the reason."""
     phi = way.angles(angles)
+    exact = exact_answers(phi)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         library = Library(folder)
         ways = ways_in_c(library, fmu)
         found, missing = build_each(peers.builders(library, folder)) if with_peers else ([], [("peers", "left out")])
         ways += found
-        exact = exact_answers(phi)
         with tqdm(total=len(ways) + rounds, desc="dynamics", leave=False, disable=None, delay=1.0) as bar:
             sincos = library.way("sincos", "sincos", "")
             timed = way.angles()
