@@ -85,16 +85,16 @@ def test_value_jacobian_and_derivatives_by_time(copy, tmp_path, fmus, version):
         assert vx != 0.0
 
 
-def test_the_twin_has_it(copy, tmp_path):
-    native, twin = (
-        fmpy.simulate_fmu(
-            str(copy.parent / "out" / where),
-            start_values={"crank.phi": 1.0, "crank.w": 2.0, "tip.fx": 30.0},
-            output=[NAME],
-            stop_time=0.001,
-            step_size=0.001,
-        )
-        for where in ("fmi2/TransplanterLinkage.fmu", "twin/TransplanterLinkageTwin.fmu")
+def test_the_twin_has_it(copy):
+    """In a process of its own: PythonFMU finds a slave by its module's name, and there may be another twin in this."""
+    code = (
+        "import sys, fmpy; print(*(repr(float(fmpy.simulate_fmu(file, start_values={'crank.phi': 1.0, 'crank.w': 2.0, "
+        "'tip.fx': 30.0}, output=sys.argv[1:2], stop_time=1e-3, step_size=1e-3)[sys.argv[1]][-1])) "
+        "for file in sys.argv[2:]))"
     )
-    assert native[NAME] == pytest.approx(twin[NAME], rel=1e-13)
-    assert native[NAME][0] != 0.0
+    files = [
+        copy.parent / "out" / name for name in ("fmi2/TransplanterLinkage.fmu", "twin/TransplanterLinkageTwin.fmu")
+    ]
+    done = subprocess.run([sys.executable, "-c", code, NAME, *files], capture_output=True, text=True, check=True)
+    native, twin = map(float, done.stdout.split())
+    assert native == pytest.approx(twin, rel=1e-13) and native != 0.0
