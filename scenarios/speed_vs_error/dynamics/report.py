@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +55,7 @@ def ways_in_c(library: Library, fmu: Path) -> list[Way]:
 def run(fmu: Path, rounds: int, angles: int, with_peers: bool) -> tuple[list[Cell], list[tuple[str, str]]]:
     """Build every way, verify and time it; returns the cells, and the peers that are missing with the reason."""
     phi = way.angles(angles)
-    exact = exact_answers(phi)
+    exact = way.on_all_processors(task.truth, phi, alone=60)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         library = Library(folder)
@@ -68,15 +66,6 @@ def run(fmu: Path, rounds: int, angles: int, with_peers: bool) -> tuple[list[Cel
             sincos = library.way("sincos", "sincos", "")
             timed = way.angles()
             return measure(ways, sincos, phi, exact, rounds, bar.update, question=TORQUES, timed=timed), missing
-
-
-def exact_answers(phi: np.ndarray) -> np.ndarray:
-    """task.truth on all processors."""
-    workers = min(8, os.cpu_count() or 1)
-    if len(phi) < 60 or workers == 1:
-        return task.truth(phi)
-    with ProcessPoolExecutor(workers) as pool:
-        return np.concatenate(list(pool.map(task.truth, np.array_split(phi, workers))))
 
 
 def rows(cells: Sequence[Cell], missing: Missing) -> list[tuple[str, ...]]:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-import numpy as np
 from tqdm import tqdm
 
 from scenarios.common.command import FMU, ROOT, TWIN, Help
@@ -76,18 +73,9 @@ def run(fmu: Path, twin: Path, rounds: int, angles: int, with_peers: bool) -> tu
         ]
         found, missing = peers.build_all(library, folder) if with_peers else ([], [("peers", "left out")])
         ways += found
-        exact = exact_answers(phi)
+        exact = way.on_all_processors(way.truth, phi, alone=200)
         with tqdm(total=len(ways) + rounds, desc="solving", leave=False, disable=None, delay=1.0) as bar:
             return measure(ways, library.way("sincos", "sincos", ""), phi, exact, rounds, bar.update), missing
-
-
-def exact_answers(phi: np.ndarray) -> np.ndarray:
-    """way.truth on all processors."""
-    workers = min(8, os.cpu_count() or 1)
-    if len(phi) < 200 or workers == 1:
-        return way.truth(phi)
-    with ProcessPoolExecutor(workers) as pool:
-        return np.concatenate(list(pool.map(way.truth, np.array_split(phi, workers))))
 
 
 if __name__ == "__main__":

@@ -8,8 +8,10 @@ for, relative to the machine, with the crank at a constant 65 turns a minute.
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,3 +110,12 @@ def worst_errors(answers: np.ndarray, exact: np.ndarray, question: Question = MO
 def greatest(exact: np.ndarray, question: Question = MOTION) -> tuple[float, ...]:
     """How great the quantities are at most, each in its unit."""
     return worst_errors(np.zeros(exact.shape[:2]), exact, question)
+
+
+def on_all_processors(truth: Callable[[np.ndarray], np.ndarray], phi: np.ndarray, alone: int) -> np.ndarray:
+    """A truth at angles, spread over processes where there are `alone` angles or more: fewer are sooner done here."""
+    workers = min(8, os.cpu_count() or 1)
+    if len(phi) < alone or workers == 1:
+        return truth(phi)
+    with ProcessPoolExecutor(workers) as pool:
+        return np.concatenate(list(pool.map(truth, np.array_split(phi, workers))))
