@@ -211,22 +211,12 @@ def scene(options: argparse.Namespace, console: Console) -> list[Path]:
     return files
 
 
-def _rpm(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not LEAST_RPM <= value <= MOST_RPM:
-        raise argparse.ArgumentTypeError(f"give turns a minute from {LEAST_RPM:g} to {MOST_RPM:g}")
-    return value
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns the exit status."""
     parser = command.parser("balancing", __doc__)
     parser.add_argument(
         "--rpm",
-        type=_rpm,
+        type=command.between(LEAST_RPM, MOST_RPM, "turns a minute"),
         default=PLANTS_PER_MINUTE,
         help="the crank's speed for which is searched (default: %(default)s)",
     )

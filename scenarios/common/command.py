@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import copy
+import math
 import sys
 import textwrap
 from collections.abc import Callable, Sequence
@@ -41,6 +42,21 @@ def plants(most: int) -> Callable[[str], int]:
         if not text.isdecimal() or not 1 <= int(text) <= most:
             raise argparse.ArgumentTypeError(f"give a number of plants from 1 to {most}")
         return int(text)
+
+    return number
+
+
+def between(low: float, high: float, what: str, unit: str = "") -> Callable[[str], float]:
+    """A type of option: a number within limits; the message asks for `what`, its limits and their unit."""
+
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"give {what} from {low:g} to {high:g}{unit and ' ' + unit}")
+        return value
 
     return number
 

@@ -89,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--step",
-        type=_step,
+        type=command.between(0.1, 20, "a step", "ms"),
         default=STEP_MS,
         metavar="MS",
         help="communication step, 0.1 to 20 ms; the controlled master chooses its own (default: %(default)s)",
@@ -140,16 +140,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for path in written:
         print(f"  {path.name}")
     return 0
-
-
-def _step(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.1 <= value <= 20:
-        raise argparse.ArgumentTypeError("give a step from 0.1 to 20 ms")
-    return value
 
 
 def _setting(text: str) -> tuple[str, Value]:

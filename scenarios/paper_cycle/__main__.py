@@ -15,7 +15,6 @@ show designs of your own beside the published one instead.
 from __future__ import annotations
 
 import argparse
-import math
 import re
 import sys
 from collections.abc import Sequence
@@ -55,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--step",
-        type=_step,
+        type=command.between(0.001, 1, "an angle", "degree"),
         default=STEP_DEG,
         metavar="DEG",
         help="crank angle between the samples of the nominal turn, in degrees (default: %(default)s)",
@@ -96,16 +95,6 @@ def designs(options: argparse.Namespace, console: Console) -> list[Path]:
                 written.append(options.output / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}.ssv")
                 variants.write_ssv(written[-1], name, geometry)
     return written
-
-
-def _step(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.001 <= value <= 1:
-        raise argparse.ArgumentTypeError("give an angle from 0.001 to 1 degree")
-    return value
 
 
 def run(fmu_path: Path, output: Path, step_deg: float = STEP_DEG) -> tuple[Results, list[Path]]:

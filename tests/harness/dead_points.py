@@ -6,17 +6,7 @@ import random
 
 from fmu_src.oracle.oracle import Oracle
 from fmu_src.oracle.tables import rows
-
-# The length that brings a dyad to its dead point, the dyad's other link, and 1 where the links fold there, -1 where
-# they stretch: length = base + side * (other link) at the dead point itself.
-DEAD_POINTS = {
-    "ABD stretched": ("L2", "L3", -1),
-    "ABD folded, AB longer": ("L2", "L3", 1),
-    "ABD folded, DB longer": ("L3", "L2", 1),
-    "EFG stretched": ("L7", "L6", -1),
-    "EFG folded, GF longer": ("L7", "L6", 1),
-    "EFG folded, EF longer": ("L6", "L7", 1),
-}
+from scenarios.speed_vs_error.hard_cases.dead_points import DEAD_POINTS
 
 
 def beside_dead_point(case: str, gap: float) -> tuple[dict[str, float], float]:
