@@ -7,7 +7,7 @@ measures, in this order, and writes tables and figures to one folder:
 
     solving      one evaluation, ours beside other packages', against 50 digits
     dynamics     torque, inertia and bias of the moving masses, likewise
-    cost         what a step costs beside the bare core; FMI 2.0, FMI 3.0, the twin
+    cost         what a step costs beside the bare core; FMI 2.0, FMI 3.0, the twin; one of many instances
     hard_cases   dead points, poles, odd clocks and hosts: worst values and bounds
     coupling     every way of giving the crank to the FMU, along several motions, with steps from 0.1 to 20 ms;
                  what a step costs by what it sets and reads
@@ -62,7 +62,7 @@ NOT_MEASURED = {
     "cost": "## Cost of a step\n\nNot measured in this run.\n",
     "hard_cases": "## The hard cases\n\nNot measured in this run.\n",
 }  # sections of the report
-SHORT = {"smallest_step": 2.0, "rounds": 31, "angles": 200, "angles_of_dynamics": 40}
+SHORT = {"smallest_step": 2.0, "rounds": 31, "angles": 200, "angles_of_dynamics": 40, "instances": 1000}
 
 ROUNDS = 1001  # of the C host
 REFERENCE = "ripple"  # the profile of the headline
@@ -145,12 +145,13 @@ def perform(options: argparse.Namespace, console: Console, met: list[bool]) -> l
         )
         written += files
     if "cost" in parts:
-        from scenarios.speed_vs_error.cost import step_cost
+        from scenarios.speed_vs_error.cost import instances, step_cost
 
-        sections["cost"], files = apart(
-            step_cost.perform, options.output, options.fmu, options.fmi3, options.twin, rounds
-        )
-        written += files
+        of_step, files = apart(step_cost.perform, options.output, options.fmu, options.fmi3, options.twin, rounds)
+        most = SHORT["instances"] if options.short else instances.COUNTS[-1]
+        of_many, more = instances.perform(options.output, options.fmu, min(rounds, instances.ROUNDS), most)
+        sections["cost"] = f"{of_step}\n{of_many}"
+        written += [*files, *more]
     if "hard_cases" in parts:
         from scenarios.speed_vs_error.hard_cases import __main__ as hard_cases
 
