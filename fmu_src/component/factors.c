@@ -64,9 +64,9 @@ double factors_gradient_by_phi(const Component *c, const LinkageVariation *weigh
         sum += margin * pose_factor(c, POSE_ASSEMBLY_MARGIN, 1);
     for (int n = 0; n <= order; ++n)
         sum += dot(weight->tip[n], c->pose.tip[n + 1]);
-    for (int n = 0; n < c->mass_jets.order && n <= order; ++n)
+    for (int n = 0; n < c->pose.jets_order && n <= order; ++n)
         sum += dot(weight->moment[n], c->mass_jets.moment[n + 1]);
-    for (int n = 0; n + 1 < c->mass_jets.order && n < order; ++n)
+    for (int n = 0; n + 1 < c->pose.jets_order && n < order; ++n)
         sum += weight->inertia[n] * c->mass_jets.inertia[n + 1];
     return sum;
 }

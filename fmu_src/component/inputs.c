@@ -76,8 +76,9 @@ void inputs_follow(Component *c) {
             machine.jerk = motion->travel.end.jerk;
         }
         machine.s = motion->travel.end.s;
-        c->followed = *motion;
-        motion = &c->followed;
+        Motion *spare = component_spare(c);
+        *spare = *motion;
+        motion = spare;
         c->settings.follows_inputs = 1;
     }
     motion->crank.end = crank;

@@ -39,8 +39,7 @@ enum { COMPONENT_MESSAGE_SIZE = 320 };
 
 /* What the host's calls have led to, besides values and motion. Plain data: 8-byte members only. */
 typedef struct {
-    InputDerivatives input_derivatives[INTERFACE_INPUT_COUNT]; /* for the next step */
-    int64_t derivatives_are_set;
+    int64_t derivatives_are_set; /* any of input_derivatives */
     int64_t stop_is_set;
     double stop;
     int64_t kind;
@@ -48,6 +47,7 @@ typedef struct {
     int64_t follows_inputs; /* after a step an input was set that belongs to its end: outputs
                              * follow the inputs until the next step, as they do before the first */
     SampleTimes times; /* of the crank's samples */
+    InputDerivatives input_derivatives[INTERFACE_INPUT_COUNT]; /* for the next step */
 } ComponentSettings;
 
 typedef struct {
@@ -58,30 +58,33 @@ typedef struct {
     /* The present, and room for the next step to be prepared in: a refused step leaves no trace,
      * a good one costs no copy. */
     Motion motion[2];
-    uint32_t present;
     /* What the outputs belong to: the present, or where they follow inputs that were set after a
-     * step, the present with these in the place of what was predicted. */
+     * step, the present with these in the place of what was predicted, in that room. */
     const Motion *shown;
-    Motion followed;
+    uint32_t present;
+    uint32_t fresh; /* the EVALUATION_ bits of what holds in `value` */
+    uint32_t linkage_is_ready;
+    uint32_t refusals; /* of steps since one was done; see below */
+    bool has_news; /* the last step was done, and message says something about it */
 
     /* derived from these, and made again when needed */
-    Linkage linkage;
-    LinkageInertia inertia;
     LinkagePose pose;
+    Linkage linkage;
+
+    /* what few steps touch: with masses, after a refusal */
     LinkageMassJets mass_jets;
-    uint32_t linkage_is_ready;
-    uint32_t fresh; /* the EVALUATION_ bits of what holds in `value` */
-    /* the step refused last, and how many since one was done: no part of the state, so that
-     * restoring cannot make a loop of them */
+    LinkageInertia inertia;
+    /* the step refused last: no part of the state, so that restoring cannot make a loop of it */
     double refused_time, refused_step, refused_phi;
-    uint32_t refusals;
-    bool has_news; /* the last step was done, and message says something about it */
     char message[COMPONENT_MESSAGE_SIZE];
 } Component;
 
-/* What the last step, or the start, led to. */
+/* What the last step, or the start, led to; and the room beside it. */
 static inline Motion *component_present(Component *component) {
     return &component->motion[component->present];
+}
+static inline Motion *component_spare(Component *component) {
+    return &component->motion[1 - component->present];
 }
 
 /* Until the first step, outputs belong to the inputs as set. */

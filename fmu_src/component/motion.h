@@ -13,9 +13,9 @@ enum { MOTION_MAX_DERIVATIVE = 2 };
 /* At one instant. Plain data: 8-byte members only. */
 typedef struct {
     double last_step; /* s, of the step that led here; 0 before the first one */
-    Crank crank;      /* crank.end is the crank that the outputs belong to */
-    Travel travel;    /* travel.end likewise */
     double force[MOTION_MAX_DERIVATIVE + 1][2]; /* N; x, y on the tip; derivatives by time */
+    Travel travel; /* travel.end is the machine's motion that the outputs belong to */
+    Crank crank;   /* crank.end likewise; last, since its own end is for smoothing alone */
 } Motion;
 
 /* The crank's jerk, and a force, may be larger by many orders than what they are multiplied with.

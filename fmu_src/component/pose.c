@@ -40,7 +40,6 @@ ComponentStatus pose_solve(Component *c, int order) {
     if (c->pose.order < 0) {
         double phi = c->shown->crank.end.phi, gap;
         LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &gap);
-        c->mass_jets.order = -1;
         if (closure != LINKAGE_CLOSED) {
             pose_explain_gap(c, closure, phi, gap);
             return COMPONENT_DISCARD;

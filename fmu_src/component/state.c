@@ -34,7 +34,7 @@ void component_restore(Component *c, const ComponentState *state) {
 /* ---- as bytes: header and payload, each an array of 8-byte words ------------------------------
  */
 
-enum { FORMAT_VERSION = 4 };
+enum { FORMAT_VERSION = 5 };
 
 typedef struct {
     uint64_t magic, version, interface, payload_size, checksum;

@@ -40,6 +40,12 @@ ComponentStatus component_check_step(Component *c, double time, double step) {
     return COMPONENT_OK;
 }
 
+/* A step that is not done has used the room where outputs that follow inputs are kept. */
+static COMPONENT_RARELY void take_back_step(Component *c) {
+    if (c->settings.follows_inputs)
+        inputs_follow(c);
+}
+
 /* A step whose crank angle cannot be had: Discard at first, Error when it is tried again as it
  * was or after many others. */
 static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, double step,
@@ -61,6 +67,7 @@ static COMPONENT_RARELY ComponentStatus refuse_step(Component *c, double time, d
     c->settings.mode = MODE_STEP_REFUSED;
     /* linkage_place left no pose: that of the last step is computed anew when it is read */
     c->fresh = EVALUATION_NONE;
+    take_back_step(c);
     c->refused_time = time;
     c->refused_step = step;
     c->refused_phi = phi;
@@ -92,7 +99,7 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     pose_prepare(c);
 
     const Motion *before = component_present(c);
-    Motion *after = &c->motion[1 - c->present];
+    Motion *after = component_spare(c);
     CrankInput input = inputs_of_crank(c);
     /* the time since the last sample: samples belong to the starts of steps, or to their ends */
     double gap = input.at_step_end ? step : before->last_step;
@@ -115,9 +122,11 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
     }
     after->last_step = step;
     int noticed = crank_advance(crank, times, &input, step, &after->crank);
-    travel_advance(&before->travel, gap, c->value[VARIABLE_MACHINE_V],
-                   inputs_derivatives(c, VARIABLE_MACHINE_V), input.at_step_end, step,
-                   &after->travel);
+    static const InputDerivatives none;
+    const InputDerivatives *speed =
+        c->settings.derivatives_are_set ? inputs_derivatives(c, VARIABLE_MACHINE_V) : &none;
+    travel_advance(&before->travel, gap, c->value[VARIABLE_MACHINE_V], speed, input.at_step_end,
+                   step, &after->travel);
     inputs_set_force(c, input.at_step_end ? 0.0 : step, after);
 
     double phi = after->crank.end.phi;
@@ -128,11 +137,11 @@ ComponentStatus component_do_step(Component *c, double time, double step) {
                       "rad/s2, machine.s = %g m, tip.fx = %g N, tip.fy = %g N: beyond all numbers",
                       step, phi, after->crank.end.w, after->crank.end.a, after->travel.end.s,
                       after->force[0][0], after->force[0][1]);
+        take_back_step(c);
         return COMPONENT_ERROR;
     }
     double open_by;
     LinkageClosure closure = linkage_place(&c->linkage, phi, &c->pose, &open_by);
-    c->mass_jets.order = -1;
     if (closure != LINKAGE_CLOSED)
         return refuse_step(c, time, step, phi, closure, open_by);
 

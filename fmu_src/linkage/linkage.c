@@ -134,7 +134,7 @@ LinkageClosure linkage_place(const Linkage *linkage, double phi, LinkagePose *po
     LinkageDyad *abd = &pose->abd, *efg = &pose->efg;
     unsigned quarters;
     Vector along = direction_within_quarter(phi, &quarters), clockwise = {along.x, -along.y};
-    pose->order = -1;
+    pose->order = pose->jets_order = -1;
     pose->clockwise = clockwise;
     pose->quarters = (int)quarters;
     pose->crank_cd = turned(linkage->crank_cd[quarters], clockwise);

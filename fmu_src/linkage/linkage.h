@@ -87,6 +87,7 @@ typedef struct {
 /* One pose and what has been computed of it. Fields beyond `order` hold nothing. */
 typedef struct {
     int order; /* highest derivative of tip that is there; -1: no pose */
+    int jets_order; /* likewise of its LinkageMassJets, where these are asked for; -1: none */
     Vector tip[LINKAGE_MAX_ORDER + 1]; /* J - O and its derivatives by phi: m, m/rad, ... */
     Vector joint_e[LINKAGE_MAX_ORDER + 1]; /* E - C and its derivatives by phi */
     Vector clockwise; /* e(-phi), but for the quarter turns in it */

@@ -154,7 +154,7 @@ static inline Jet inertia_jet(int n, const LinkageInertia *inertia, const Linkag
     return sum;
 }
 
-static inline void mass_jets(int order, const LinkageInertia *inertia, const LinkagePose *pose,
+static inline void mass_jets(int order, const LinkageInertia *inertia, LinkagePose *pose,
                              LinkageMassJets *jets) {
     Moments m = {
         .cranks = turned(inertia->moment_cranks[pose->quarters], pose->clockwise),
@@ -175,12 +175,12 @@ static inline void mass_jets(int order, const LinkageInertia *inertia, const Lin
         jets->moment[3] = moment_derivative(3, pose, m);
     if (order >= 4)
         jets->moment[4] = moment_derivative(4, pose, m);
-    jets->order = order;
+    pose->jets_order = order;
 }
 
 void linkage_differentiate_masses(const Linkage *linkage, const LinkageInertia *inertia,
                                   LinkagePose *pose, int order, LinkageMassJets *jets) {
-    if (jets->order >= order)
+    if (pose->jets_order >= order)
         return;
     linkage_differentiate(linkage, pose, order);
     if (pose->order == order)

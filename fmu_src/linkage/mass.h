@@ -41,9 +41,9 @@ typedef struct {
     double inertia_cranks, inertia_ab, inertia_de, inertia_ef, inertia_gf;
 } LinkageInertia;
 
-/* What has been computed for one pose; inertia up to derivative order - 1, moment up to order. */
+/* What has been computed for one pose; inertia up to derivative jets_order - 1 of the pose, moment up
+ * to jets_order. */
 typedef struct {
-    int order; /* -1: nothing */
     double inertia[LINKAGE_MAX_ORDER];
     Vector moment[LINKAGE_MAX_ORDER + 1];
 } LinkageMassJets;

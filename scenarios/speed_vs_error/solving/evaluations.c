@@ -52,7 +52,7 @@ static Load load_on;
 
 static INLINE void core_dynamics(double phi, int order, double *out) {
     LinkagePose pose;
-    LinkageMassJets jets = {.order = -1};
+    LinkageMassJets jets;
     linkage_place(&linkage, phi, &pose, NULL);
     linkage_differentiate_masses(&linkage, &inertia, &pose, order, &jets);
     double bias = 0.5 * jets.inertia[1] * speed * speed + load_on.gravity * jets.moment[1].y
