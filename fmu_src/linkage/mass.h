@@ -41,8 +41,8 @@ typedef struct {
     double inertia_cranks, inertia_ab, inertia_de, inertia_ef, inertia_gf;
 } LinkageInertia;
 
-/* What has been computed for one pose; inertia up to derivative jets_order - 1 of the pose, moment up
- * to jets_order. */
+/* What has been computed for one pose, up to the derivatives that its jets_order tells: inertia to
+ * jets_order - 1, moment to jets_order. */
 typedef struct {
     double inertia[LINKAGE_MAX_ORDER];
     Vector moment[LINKAGE_MAX_ORDER + 1];

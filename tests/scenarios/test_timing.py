@@ -10,7 +10,7 @@ from matplotlib.text import Text
 from scenarios.common import figures
 from scenarios.common.timing import Ratios, noise, ratio_text
 from scenarios.speed_vs_error.__main__ import dearest_rung
-from scenarios.speed_vs_error.cost import step_cost
+from scenarios.speed_vs_error.cost import instances, step_cost
 from scenarios.speed_vs_error.cost.use_cost import Costs
 from scenarios.speed_vs_error.coupling.measure import RUNGS
 
@@ -92,6 +92,22 @@ def test_bounds_of_a_step_are_judged_by_what_was_measured(step: list[float], sai
     assert len(verdicts) == 3 and all(words in verdict for words, verdict in zip(said, verdicts, strict=True))
     assert "the bound of 1.4" in verdicts[0] and "the bound of 5.8" in verdicts[1]
     assert "the bound of 1.6" in verdicts[2] and "torque, inertia and bias" in verdicts[2]
+
+
+@pytest.mark.parametrize(
+    ("size", "times", "said"),
+    [
+        (2048, [14.0, 14.5, 14.9], ("2048 bytes, within the 2048", "is kept")),
+        (2049, [16.0, 17.0, 18.0], ("2049 bytes, above the 2048", "is not kept")),
+        (9, [10.0, 15.0, 20.0], ("9 bytes, within", "1.25 to 1.75 times", "not to be told")),
+    ],
+    ids=["kept", "not kept", "noise"],
+)
+def test_many_instances_are_judged_by_what_was_measured(size: int, times: list[float], said: tuple[str, ...]) -> None:
+    rounds = {1: np.full(3, 10.0), 100_000: np.array(times)}
+    text = " ".join(instances.sentences(instances.Instances(rounds, size)))
+    assert "One of 100 000 instances" in text
+    assert all(words.replace("10.0 to 20.0 times", "1.25 to 1.75 times") in text for words in said), text
 
 
 def test_the_dearest_rung_is_named_only_where_times_are_steady() -> None:

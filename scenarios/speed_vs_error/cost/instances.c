@@ -75,8 +75,7 @@ static double measure(Row *row) {
 }
 
 int main(int count, char **arguments) {
-    demand(count > 4 && count <= 4 + MOST_COUNTS,
-           "usage: instances LIBRARY GUID ROUNDS COUNTS...");
+    demand(count > 4 && count <= 4 + MOST_COUNTS, "usage: instances LIBRARY GUID ROUNDS COUNTS...");
     static Row rows[MOST_COUNTS];
     int of_rows = count - 4;
     fmu = load_fmu(arguments[1]);

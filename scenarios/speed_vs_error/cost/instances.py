@@ -15,6 +15,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from scenarios.common import reports
 from scenarios.common.command import ROOT
@@ -83,10 +84,12 @@ def table(found: Instances) -> list[tuple[str, ...]]:
     for count, times in found.rounds.items():
         ratios = found.ratios(count)
         low, high = ratios.quartiles
-        lines.append(
-            (f"{count:,}".replace(",", " "), f"{np.median(times):.0f}", f"{ratios.median:.2f}", f"{low:.2f} to {high:.2f}")
-        )
+        lines.append((thousands(count), f"{np.median(times):.0f}", f"{ratios.median:.2f}", f"{low:.2f} to {high:.2f}"))
     return lines
+
+
+def thousands(count: int) -> str:
+    return f"{count:,}".replace(",", " ")
 
 
 def sentences(found: Instances) -> list[str]:
@@ -97,7 +100,7 @@ def sentences(found: Instances) -> list[str]:
     within = "within" if found.size <= MOST_BYTES else "above"
     return [
         f"An instance asks its host for {found.size} bytes, {within} the {MOST_BYTES} that were aimed at.",
-        f"One of {most} instances costs {ratios} times one alone; the bound of {MOST_TIMES:g} is {verdict}.",
+        f"One of {thousands(most)} instances costs {ratios} times one alone; the bound of {MOST_TIMES:g} is {verdict}.",
     ]
 
 
@@ -132,6 +135,8 @@ def draw(found: Instances) -> Figure:
     for count, ratio in zip(counts, ratios, strict=True):
         axes.annotate(f"{ratio:.2f}", (count, ratio), xytext=(0, 7), textcoords="offset points", ha="center")
     axes.set_xscale("log")
+    axes.set_xticks(counts, [thousands(count) for count in counts])
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set_ylim(0, 1.15 * max(high.max(), ratios.max()))
     axes.set_xlabel(f"instances, stepped in turns; {found.size} bytes each")
     axes.set_ylabel("time of a step (one alone = 1)")
