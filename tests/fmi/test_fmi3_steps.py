@@ -324,6 +324,21 @@ def test_a_discarded_step_in_an_update(new):
     assert instance.set({"crank.phi": 1.0}).try_step(0.0, 0.1) == OK and seen == [0.0, 0.0, 0.1]
 
 
+@pytest.mark.parametrize(
+    ("speed", "step", "status"),
+    [(3.75, 0.1, DISCARD), (1e59, 1e250, ERROR)],
+    ids=["discarded", "beyond all numbers"],
+)
+def test_a_step_that_is_not_done_leaves_what_followed_the_inputs(new, speed, step, status):
+    """Outputs that follow inputs set in Event Mode lie where the next step is prepared."""
+    steady = INPUTS | {"crank.phi": OPEN_ANGLE - 0.75, "crank.w": 3.75, "crank.a": 0.0}
+    instance = new(event_mode=True).initialize(OPEN | steady).to("Step").step(0.0, 0.1)
+    instance.to("Event").set({"crank.phi": OPEN_ANGLE - 0.375, "crank.w": speed, "tip.fx": 5.0, "tip.fy": 7.0})
+    told = bits(instance.to("Step").get(*instance.fmu.names("output")))
+    assert instance.try_step(0.1, step) == status
+    assert bits(instance.get(*instance.fmu.names("output"))) == told
+
+
 @pytest.mark.parametrize("name", ["geometry.L1", "time", "crank.at_step_end", "der(machine.s)", 0, 1000])
 def test_intermediate_variables_are_inputs_and_outputs(new, name):
     assert new(required=["crank.phi", "tip.x", "machine.s"]).component is not None
