@@ -190,6 +190,12 @@ def _add_variable_fmi3(variables: etree._Element, interface: Interface, variable
     etree.SubElement(variables, {"real": "Float64", "boolean": "Boolean"}[variable.type], attributes)
 
 
+def _initial_unknowns(interface: Interface) -> list[Unknown]:
+    """By reference: an ordered list in FMI 2.0.4 (section 2.2.8), which VDMCheck takes for one sorted by index."""
+    unknowns = (variable for variable in interface.unknowns if not variable.is_state)
+    return sorted(unknowns, key=lambda variable: variable.value_reference)
+
+
 def _initially(variable: Unknown) -> dict[str, str]:
     parameters = variable.initially if isinstance(variable, Output) else ()
     return dict.fromkeys(parameters, "dependent") | variable.depends
@@ -201,8 +207,8 @@ def _add_structure_fmi2(structure: etree._Element, interface: Interface) -> None
     )
     for variable in interface.unknowns:
         _add_unknown_fmi2(outputs if variable.kind == "output" else derivatives, interface, variable, variable.depends)
-        if not variable.is_state:
-            _add_unknown_fmi2(initial_unknowns, interface, variable, _initially(variable))
+    for variable in _initial_unknowns(interface):
+        _add_unknown_fmi2(initial_unknowns, interface, variable, _initially(variable))
 
 
 def _add_unknown_fmi2(parent: etree._Element, interface: Interface, variable: Unknown, depends: dict[str, str]) -> None:
@@ -214,9 +220,8 @@ def _add_structure_fmi3(structure: etree._Element, interface: Interface) -> None
     for variable in interface.unknowns:
         element = "Output" if variable.kind == "output" else "ContinuousStateDerivative"
         _add_unknown_fmi3(structure, element, interface, variable, variable.depends)
-    for variable in interface.unknowns:
-        if not variable.is_state:
-            _add_unknown_fmi3(structure, "InitialUnknown", interface, variable, _initially(variable))
+    for variable in _initial_unknowns(interface):
+        _add_unknown_fmi3(structure, "InitialUnknown", interface, variable, _initially(variable))
 
 
 def _add_unknown_fmi3(

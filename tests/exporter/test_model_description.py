@@ -204,6 +204,13 @@ def test_outputs_depend_on_the_inputs_declared_and_no_others(root, new, fmu):
     assert found == {name: set(known) for name, known in declared(root, "Outputs", "Derivatives").items()}
 
 
+def test_the_lists_of_unknowns_are_sorted(root):
+    """Ordered lists (FMI 2.0.4, section 2.2.8): checkers take an index that falls for an error."""
+    for unknowns in root.find("ModelStructure"):
+        indices = [int(unknown.get("index")) for unknown in unknowns]
+        assert indices == sorted(indices), unknowns.tag
+
+
 def test_initial_unknowns_depend_on_what_is_declared_and_nothing_else(root, new, fmu):
     """Each calculated output against each input, parameter and exact start; time does not come in."""
     outputs = [*fmu.names("output"), "der(machine.s)"]
