@@ -110,6 +110,14 @@ def test_many_instances_are_judged_by_what_was_measured(size: int, times: list[f
     assert all(words.replace("10.0 to 20.0 times", "1.25 to 1.75 times") in text for words in said), text
 
 
+def test_the_bound_of_the_core_is_its_chain() -> None:
+    rounds = [{"multiplication": 1.0, "core_2": 60.0, "core_2_chain": 100.0}] * 3
+    assert "100 multiplications long, 400 cycles at 4 each" in step_cost.chain(rounds, "Intel(R) Xeon")
+    assert "300 cycles at 3 each" in step_cost.chain(rounds, "AMD EPYC")
+    assert "100 multiplications long. In a loop" in (other := step_cost.chain(rounds, "another"))
+    assert "one takes 0.60 of that" in other
+
+
 def test_the_dearest_rung_is_named_only_where_times_are_steady() -> None:
     steady = Costs({rung.key: np.full(30, 1.0 + 0.1 * k) for k, rung in enumerate(RUNGS)})
     assert dearest_rung(steady) == ": the step is what costs, no rung costs more than 1.8 times the held step"

@@ -52,13 +52,23 @@ static double measure_sincos(void) {
     return (now() - begin) / STEPS;
 }
 
+/* One that waits for the last: a unit for chains of operations. */
+static double measure_multiplication(void) {
+    double product = 1.0, begin = now();
+    for (int i = 0; i < STEPS; ++i)
+        product *= 1.0 + 1e-9;
+    sink = product;
+    return (now() - begin) / STEPS;
+}
+
 static Linkage linkage;
 
-static double measure_core(int order) {
-    double sum = 0.0, begin = now();
+/* waits: each angle waits for the last tip, though it does not change by it. */
+static double measure_core(int order, bool waits) {
+    double sum = 0.0, last = 0.0, begin = now();
     for (int i = 0; i < STEPS; ++i) {
         LinkagePose pose;
-        if (linkage_place(&linkage, (i + 1) * H * SPEED, &pose, NULL) != LINKAGE_CLOSED)
+        if (linkage_place(&linkage, (i + 1) * H * SPEED + last, &pose, NULL) != LINKAGE_CLOSED)
             continue;
         linkage_differentiate(&linkage, &pose, order);
         sum += pose.tip[0].x + pose.tip[0].y;
@@ -66,6 +76,8 @@ static double measure_core(int order) {
             sum += SPEED * pose.tip[1].x + SPEED * pose.tip[1].y;
         if (order >= 2)
             sum += SPEED * SPEED * pose.tip[2].x + SPEED * SPEED * pose.tip[2].y;
+        if (waits)
+            last = 0.0 * pose.tip[order].x;
     }
     sink = sum;
     return (now() - begin) / STEPS;
@@ -235,12 +247,15 @@ int main(int count, char **arguments) {
         parameter[i] = interface_variables[VARIABLE_GEOMETRY_L1 + i].start;
     linkage_prepare(&geometry, &linkage);
 
-    puts("sincos,core_0,core_1,core_2,step_phi_w_a_get_6,step_phi_w_get_6,step_phi_get_6,"
+    puts("multiplication,sincos,core_0,core_1,core_2,core_2_chain,step_phi_w_a_get_6,step_phi_w_"
+         "get_6,step_phi_get_6,"
          "step_phi_w_a_get_4,step_phi_w_a_get_2,step_phi_w_a_get_0,step_for_drive,step_fmi3,"
          "model_exchange,"
          "initializing,initializing_directional,initializing_adjoint");
     for (int round = atoi(arguments[4]); round > 0; --round) {
-        printf("%g,%g,%g,%g,", measure_sincos(), measure_core(0), measure_core(1), measure_core(2));
+        printf("%g,%g,%g,%g,%g,%g,", measure_multiplication(), measure_sincos(),
+               measure_core(0, false), measure_core(1, false), measure_core(2, false),
+               measure_core(2, true));
         /* the versions in turns, now one and now the other first */
         double step3 = round % 2 ? measure_steps3() : 0.0, step2 = measure_steps(3, 6);
         step3 = round % 2 ? step3 : measure_steps3();

@@ -43,10 +43,12 @@ FOR_DRIVE_IN_STEPS = 1.6  # what one with masses may, for a drive
 HOST_SOURCE = Path(__file__).with_name("step_cost.c")
 
 MEANING = {
+    "multiplication": "a multiplication that waits for the last one",
     "sincos": "libm's sincos",
     "core_0": "bare core: position",
     "core_1": "bare core: + velocity",
     "core_2": "bare core: + acceleration",
+    "core_2_chain": "the same, each angle waiting for the last acceleration",
     "step_phi_w_a_get_6": "step: angle, speed, acceleration in; position, velocity, acceleration out",
     "step_phi_w_get_6": "step: angle, speed in; the same out",
     "step_phi_get_6": "step: angle in; the same out",
@@ -75,6 +77,7 @@ def perform(output: Path, fmu: Path, fmi3: Path, twin: Path, rounds: int = ROUND
     versions = Ratios(np.array([r["step_fmi3"] / r[STEP] for r in measured]))
     remarks = [
         *verdicts(measured),
+        chain(measured, machine()),
         f"FMI 3.0 step / FMI 2.0 step: {versions}.",
         remark,
         noise_here([r["sincos"] for r in measured], MEANING["sincos"]),
@@ -164,6 +167,24 @@ def verdicts(rounds: list[dict[str, float]]) -> list[str]:
             f"{low:.2f} to {high:.2f}); the bound of {bound:g} is {verdict}."
         )
     return said
+
+
+# Cycles until the product of two doubles is there: Intel since Skylake, AMD since Zen (uops.info).
+CYCLES = {"Intel": 4, "AMD": 3}
+
+
+def chain(rounds: list[dict[str, float]], processor: str) -> str:
+    """What bounds the core, a sentence: how long its chain of operations is, and how much evaluations overlap."""
+    in_multiplications = Ratios(np.array([r["core_2_chain"] / r["multiplication"] for r in rounds]))
+    overlapped = Ratios(np.array([r["core_2"] / r["core_2_chain"] for r in rounds]))
+    cycles = next((number for name, number in CYCLES.items() if name in processor), None)
+    in_cycles = f", {cycles * in_multiplications.median:.0f} cycles at {cycles} each" if cycles else ""
+    return (
+        "What bounds an evaluation is its chain of operations that wait for one another, "
+        f"{in_multiplications} multiplications long{in_cycles}. In a loop over angles that are known beforehand, where "
+        f"evaluations could overlap, one takes {overlapped} of that; a step has a chain of its own before it, from the "
+        "inputs to the angle of its end, and three calls."
+    )
 
 
 HEADINGS = ("measurement", "ns", "/ bare core", "middle half", "/ sincos")
