@@ -10,7 +10,8 @@ import { LEVEL, number, PHASE, PHASED, plain } from "./interface.js";
 /** @typedef {import("./design.js").Design} Design */
 /** @typedef {import("./figures.js").Figure} Figure */
 /** @typedef {import("./figures.js").Kind} Kind */
-/** @typedef {{quantity: Quantity, row: HTMLElement, slider: HTMLInputElement, field: HTMLInputElement, slope: HTMLElement, factor: number, display: string}} Row */
+/** @typedef {{quantity: Quantity, row: HTMLElement, slider: HTMLInputElement, field: HTMLInputElement, slope: HTMLElement, factor: number, display: string, value: number | undefined}} Row
+ * value: what the row shows, SI; NaN where that is not known */
 
 const GROUPS = {
   geometry: "Lengths, pivots and angles",
@@ -19,47 +20,64 @@ const GROUPS = {
   gravity: "Weight",
 };
 
-/** The panel of all rows. */
+/** The panel of all rows. Those of a group that is closed are made when it is opened. */
 export class Controls {
-  /**
-   * @param {HTMLElement} panel @param {Catalogue} catalogue
-   * @param {(name: string, value: number, done: boolean) => void} change SI; done: the slider was let go, or a number typed
-   * @param {(text: string) => void} complain
-   */
-  constructor(panel, catalogue, change, complain) {
+  /** @param {HTMLElement} panel @param {Catalogue} catalogue */
+  constructor(panel, catalogue) {
     this.catalogue = catalogue;
-    this.change = change;
-    this.complain = complain;
+    /** Values in SI units; done: the slider was let go, or a number typed. @type {(values: Record<string, number>, done: boolean) => void} */
+    this.change = () => {};
+    /** @type {(text: string) => void} */
+    this.complain = () => {};
+    /** A group was opened, whose rows show nothing yet. */
+    this.opened = () => {};
     this.published = publishedDesign(catalogue);
+    this.held = html("input", { type: "checkbox", id: "surface-held" });
     /** @type {Map<string, Row>} */
     this.rows = new Map();
     const order = [...catalogue.parameters];
     order.splice(order.findIndex((q) => q.name === PHASED) + 1, 0, catalogue.phase);
-    /** @type {Map<string, HTMLElement>} */
-    const groups = new Map();
-    for (const quantity of [...catalogue.operation, ...order]) {
-      let group = groups.get(quantity.group);
-      if (!group) {
-        const title = /** @type {Record<string, string>} */ (GROUPS)[quantity.group] ?? quantity.group;
-        const isOpen = quantity.group === "geometry" || quantity.group === "operation";
-        group = html("details", { class: "group", open: isOpen }, html("summary", {}, title));
-        groups.set(quantity.group, group);
-        panel.append(group);
+    const all = [...catalogue.operation, ...order];
+    for (const name of new Set(all.map((q) => q.group))) {
+      const title = /** @type {Record<string, string>} */ (GROUPS)[name] ?? name;
+      const isOpen = name === "geometry" || name === "operation";
+      const group = html("details", { class: "group", open: isOpen }, html("summary", {}, title));
+      const fill = () =>
+        group.append(...this.#before(name), ...all.filter((q) => q.group === name).map((q) => this.#row(q)));
+      if (isOpen) fill();
+      else {
+        const first = () => {
+          fill();
+          this.opened();
+        };
+        group.addEventListener("toggle", first, { once: true });
       }
-      group.append(this.#row(quantity));
+      panel.append(group);
     }
-    const held = html("input", { type: "checkbox", id: "surface-held" });
-    this.held = /** @type {HTMLInputElement} */ (held);
-    groups
-      .get("operation")
-      ?.append(
-        html(
-          "label",
-          { class: "quiet", title: "Else the surface stays at its depth over the lowest point, whatever the design" },
-          held,
-          " the ridge's surface stays where it is in the machine",
-        ),
-      );
+    this.rows.get(LEVEL)?.row.after(
+      html(
+        "label",
+        {
+          class: "quiet held",
+          title: "Else the surface stays at its depth over the lowest point, whatever the design",
+        },
+        this.held,
+        html("span", {}, "keep the ridge's surface where it is in the machine"),
+      ),
+    );
+  }
+
+  /** What stands before the rows of a group. @param {string} group @returns {HTMLElement[]} */
+  #before(group) {
+    const { notes } = this.catalogue.published;
+    const found = notes[group] ? [html("p", { class: "quiet" }, notes[group])] : [];
+    if (group === "body") {
+      const { text, values } = this.catalogue.declared.masses;
+      const use = html("button", { type: "button", id: "masses", title: text }, "Fill in an example");
+      use.addEventListener("click", () => this.change(values, true));
+      found.push(html("p", {}, use));
+    }
+    return found;
   }
 
   /** @param {Quantity} quantity */
@@ -91,21 +109,22 @@ export class Controls {
       slope,
     );
     /** @type {Row} */
-    const made = { quantity, row, slider, field, slope, factor, display };
+    const made = { quantity, row, slider, field, slope, factor, display, value: Number.NaN };
     this.rows.set(quantity.name, made);
     slider.step = "any";
     slider.addEventListener("input", () => this.#slid(made, false));
     slider.addEventListener("change", () => this.#slid(made, true));
     slider.addEventListener("keydown", (event) => this.#key(made, event));
-    slider.addEventListener("dblclick", () => this.change(quantity.name, quantity.start, true));
+    slider.addEventListener("dblclick", () => this.change({ [quantity.name]: quantity.start }, true));
     field.addEventListener("change", () => this.#typed(made));
     return row;
   }
 
   /** Sliders give a tenth of what is shown; the last digits are for numbers. @param {Row} row @param {boolean} done */
   #slid(row, done) {
+    row.value = Number.NaN;
     const shown = Math.round(Number(row.slider.value) * 10 * finer(row)) / (10 * finer(row));
-    this.change(row.quantity.name, shown / row.factor, done);
+    this.change({ [row.quantity.name]: shown / row.factor }, done);
   }
 
   /** Arrows: one mm, degree, …; with Shift a tenth; Home and End as sliders have them. @param {Row} row @param {KeyboardEvent} event */
@@ -113,12 +132,13 @@ export class Controls {
     const sign = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
     if (sign === undefined) return;
     event.preventDefault();
+    row.value = Number.NaN;
     const step = (sign * (event.shiftKey ? 0.1 : 1)) / finer(row);
     const shown = Math.round((Number(row.slider.value) + step) * 100 * finer(row)) / (100 * finer(row));
     // At once, for a key that comes before the next picture.
     put(row.slider, { min: Math.min(Number(row.slider.min), shown), max: Math.max(Number(row.slider.max), shown) });
     row.slider.value = String(shown);
-    this.change(row.quantity.name, shown / row.factor, true);
+    this.change({ [row.quantity.name]: shown / row.factor }, true);
   }
 
   /** @param {Row} row */
@@ -126,8 +146,9 @@ export class Controls {
     const text = row.field.value.trim().replace(",", ".").replace("−", "-");
     const value = text === "" ? Number.NaN : Number(text);
     const isNumber = Number.isFinite(value);
+    row.value = Number.NaN; // what the field shows may be refused
     put(row.field, { "aria-invalid": isNumber ? undefined : "true" });
-    if (isNumber) this.change(row.quantity.name, value / row.factor, true);
+    if (isNumber) this.change({ [row.quantity.name]: value / row.factor }, true);
     else this.complain(`${row.quantity.symbol}: "${row.field.value}" is no number`);
   }
 
@@ -136,12 +157,14 @@ export class Controls {
     this.held.checked = LEVEL in design;
     for (const [name, row] of this.rows) {
       const value = quantityOf(design, name);
+      if (value === row.value) continue;
+      row.value = value;
       row.row.hidden = value === undefined;
       if (value === undefined) continue;
       const shown = value * row.factor;
       const [low, high] = row.quantity.slider.map((limit) => limit * row.factor);
       put(row.slider, { min: Math.min(low, shown), max: Math.max(high, shown) });
-      row.slider.value = String(shown);
+      if (row.slider.value !== String(shown)) row.slider.value = String(shown);
       put(row.slider, { "aria-valuetext": `${number(shown, 2)} ${row.display}` });
       if (document.activeElement !== row.field || row.field.getAttribute("aria-invalid") !== "true")
         row.field.value = plain(value, row.factor);

@@ -2,7 +2,7 @@
 // The tab for the simulation engineer.
 
 import { Coupling, DURATION, RUNGS, STEPS_MS } from "./coupling.js";
-import { html, line, put, say, svg } from "./dom.js";
+import { byId, html, line, put, say, svg } from "./dom.js";
 import { number, RATE, TURN } from "./interface.js";
 
 /** @typedef {import("./fmi.js").Fmu} Fmu */
@@ -23,14 +23,14 @@ const SETTINGS = [
 
 /** Draws on the tab, and computes while it is open. */
 export class CouplingPage {
-  /** @param {Fmu} fmu @param {Catalogue} catalogue @param {HTMLElement} panel @param {HTMLTableElement} table @param {HTMLElement} note @param {SVGSVGElement} chart @param {SVGSVGElement} stepped */
-  constructor(fmu, catalogue, panel, table, note, chart, stepped) {
+  /** @param {Fmu} fmu @param {Catalogue} catalogue */
+  constructor(fmu, catalogue) {
     this.coupling = new Coupling(fmu, catalogue);
-    this.table = table;
-    this.note = note;
-    this.chart = chart;
-    put(chart, { viewBox: `0 0 ${CHART.width} ${CHART.height}` });
-    this.stepped = stepped;
+    this.table = /** @type {HTMLTableElement} */ (byId("coupling-table"));
+    this.note = byId("coupling-note");
+    this.chart = /** @type {SVGSVGElement} */ (byId("error-over-step"));
+    this.stepped = /** @type {SVGSVGElement} */ (byId("stepped"));
+    put(this.chart, { viewBox: `0 0 ${CHART.width} ${CHART.height}` });
     /** @type {Record<string, number>} */
     this.values = Object.fromEntries(SETTINGS.map((setting) => [setting.id, setting.value]));
     this.generation = 0;
@@ -38,6 +38,7 @@ export class CouplingPage {
     this.known = new Map();
     /** @type {Design | undefined} */
     this.design = undefined;
+    const panel = byId("coupling-controls");
     for (const setting of SETTINGS) panel.append(this.#row(setting));
   }
 

@@ -52,6 +52,17 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/**
+ * So many children of an element, made where they are missing: the browser draws anew what is put in, so what is there
+ * stays there.
+ * @template {Element} T @param {Element} parent @param {number} count @param {() => T} make @returns {T[]}
+ */
+export function children(parent, count, make) {
+  while (parent.childElementCount < count) parent.append(make());
+  while (parent.childElementCount > count) parent.lastElementChild?.remove();
+  return /** @type {T[]} */ ([...parent.children]);
+}
+
 /** Path data through points, x right and y down, to a hundredth; those that are no numbers are left out. @param {ArrayLike<number>} x @param {ArrayLike<number>} y */
 export function line(x, y) {
   let data = "";

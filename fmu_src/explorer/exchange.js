@@ -3,11 +3,11 @@
 
 import { changed, differences, machineSpeed, publishedDesign, Unacceptable } from "./design.js";
 import { RATE } from "./interface.js";
-import { joints } from "./model.js";
 
 /** @typedef {import("./interface.js").Catalogue} Catalogue */
 /** @typedef {import("./design.js").Design} Design */
 /** @typedef {import("./model.js").Turn} Turn */
+/** @typedef {import("./model.js").Point} Point */
 /** @typedef {{name: string, design: Design}} Named */
 /** What a file brings. @typedef {{design: Design, variants: Named[]}} Opened */
 
@@ -166,8 +166,8 @@ const STYLED = [
   "font-weight",
 ];
 
-/** A drawing of the page by itself: its look written to each element, the design in it. @param {SVGSVGElement} drawing @param {Design} design @param {string} title */
-export function toSvg(drawing, design, title) {
+/** A drawing of the page by itself: its look written to each element, the design in it. @param {SVGSVGElement} drawing @param {string} unit of its coordinates @param {Design} design @param {string} title */
+export function toSvg(drawing, unit, design, title) {
   const copy = /** @type {SVGSVGElement} */ (drawing.cloneNode(true));
   const root = document.documentElement;
   const theme = root.dataset.theme;
@@ -183,8 +183,8 @@ export function toSvg(drawing, design, title) {
   for (const hidden of copy.querySelectorAll(".screen-only, [data-screen-only]")) hidden.remove();
   const { width, height } = drawing.viewBox.baseVal;
   for (const name of ["class", "id", "role", "style", "aria-labelledby", "aria-label"]) copy.removeAttribute(name);
-  copy.setAttribute("width", `${width}mm`);
-  copy.setAttribute("height", `${height}mm`);
+  copy.setAttribute("width", `${width}${unit}`);
+  copy.setAttribute("height", `${height}${unit}`);
   const metadata = document.createElementNS(copy.namespaceURI, "metadata");
   metadata.textContent = JSON.stringify({ format: FORMAT, values: design });
   const heading = document.createElementNS(copy.namespaceURI, "title");
@@ -198,11 +198,10 @@ export function toSvg(drawing, design, title) {
 /**
  * For the workshop, in mm: pivots and joints of the initial position as circles, links as lines on a layer each with
  * their lengths as text, the tip's static trajectory. The form is that of AutoCAD R12, which all programs read.
- * @param {Design} design @param {Turn} turn
+ * @param {Design} design @param {Turn} turn @param {Record<string, Point>} places of the initial position
  */
-export function toDxf(design, turn) {
+export function toDxf(design, turn, places) {
   const mm = (/** @type {number} */ value) => (value * 1e3).toFixed(6);
-  const places = joints(design, 0, (name) => turn.outputs[name][0]);
   const links = [
     ["OA", "L1"],
     ["AB", "L2"],

@@ -5,17 +5,30 @@
 // derivative is the sum of adjoint derivatives at the poses that it is made of. The pose of an extreme may move without
 // changing it; that of a crossing, or of the lowest point for what is read there, moves by the implicit function theorem.
 
-import { Refusal } from "./fmi.js";
 import { DEPTH, LEVEL, RATE, SPACING, TURN } from "./interface.js";
 
 /** @typedef {import("./model.js").Model} Model */
 /** @typedef {import("./model.js").Turn} Turn */
 /** @typedef {import("./design.js").Design} Design */
 
-/** @typedef {object} Figure
- * @property {number} value SI; NaN where the design has none, such as a hole where the tip stays above the ridge
- * @property {Record<string, number>} by derivative by each quantity, SI
- */
+/** One figure: its value at once, its derivatives when they are first asked for. */
+export class Figure {
+  /** @type {Record<string, number> | undefined} */
+  #by;
+  #derive;
+
+  /** @param {number} value SI; NaN where the design has none, such as a hole where the tip stays above the ridge @param {() => Record<string, number>} derive */
+  constructor(value, derive) {
+    this.value = value;
+    this.#derive = derive;
+  }
+
+  /** Derivative by each quantity, SI. */
+  get by() {
+    this.#by ??= this.#derive();
+    return this.#by;
+  }
+}
 
 /** What a figure is, for tables. @typedef {object} Kind
  * @property {string} key @property {string} title @property {string} text
@@ -116,6 +129,8 @@ export function figures(model, design, turn) {
 }
 
 /** @typedef {(values: Float64Array) => number} Signal */
+/** Weighted outputs at an angle. @typedef {[number, Record<string, number>]} Part */
+/** Where something goes through the ridge's surface: the tip, or the nozzle's axis above it. @typedef {{phi: number, x: number, isTip: boolean}} Place */
 
 class Measurer {
   /** @param {Model} model @param {Design} design @param {Turn} turn */
@@ -145,7 +160,7 @@ class Measurer {
     const lowest = this.read(bottom, this.y);
     /** @type {Record<string, Figure>} */
     const found = {
-      height: this.sum(this.read(top, this.y) - lowest, [
+      height: this.sum(this.read(top, this.y) - lowest, () => [
         [top, { "tip.y": 1 }],
         [bottom, { "tip.y": -1 }],
       ]),
@@ -180,22 +195,25 @@ class Measurer {
   }
 
   /**
-   * A figure with its derivatives: those of weighted outputs at some poses, and others.
-   * @param {number} value @param {[number, Record<string, number>][]} parts @param {Record<string, number>} others
-   * @returns {Figure}
+   * A figure whose derivatives are those of weighted outputs at some poses, and others.
+   * @param {number} value @param {() => Part[]} parts @param {(by: Record<string, number>) => void} add the others
    */
-  sum(value, parts, others = {}) {
-    const names = this.model.knownNames;
-    const total = new Float64Array(names.length);
-    for (const [phi, weights] of parts) {
-      const part = this.model.gradient(phi, weights);
-      for (let k = 0; k < total.length; k += 1) total[k] += part[k];
-    }
-    /** @type {Record<string, number>} */
-    const by = { [SPACING]: 0, [DEPTH in this.design ? DEPTH : LEVEL]: 0 };
-    for (const [k, name] of names.entries()) if (k !== this.model.angle) by[name] = total[k];
-    for (const [name, part] of Object.entries(others)) by[name] = (by[name] ?? 0) + part;
-    return { value, by };
+  sum(value, parts, add = () => {}) {
+    return new Figure(value, () => {
+      const { model, design } = this;
+      model.take(design);
+      const names = model.knownNames;
+      const total = new Float64Array(names.length);
+      for (const [phi, weights] of parts()) {
+        const part = model.gradient(phi, weights);
+        for (let k = 0; k < total.length; k += 1) total[k] += part[k];
+      }
+      /** @type {Record<string, number>} */
+      const by = { [SPACING]: 0, [DEPTH in design ? DEPTH : LEVEL]: 0 };
+      for (const [k, name] of names.entries()) if (k !== model.angle) by[name] = total[k];
+      add(by);
+      return by;
+    });
   }
 
   /** Derivative of weighted outputs by the crank's angle. @param {number} phi @param {Record<string, number>} weights */
@@ -203,60 +221,64 @@ class Measurer {
     return this.model.gradient(phi, weights)[this.model.angle];
   }
 
-  /** What is read at the lowest point, which moves. @param {number} phi @param {number} place @param {string} name @param {number} offset */
-  atBottom(phi, place, name, offset) {
-    const moved = -this.slope(phi, { [name]: 1 }) / this.slope(phi, { "tip.vy": 1 });
-    return this.sum(this.read(phi, place) + offset, [[phi, { [name]: 1, "tip.vy": moved }]]);
+  /** What is read at the lowest point, which moves. @param {number} phi @param {number} place @param {string} name @param {number} offset @param {(by: Record<string, number>) => void} [add] */
+  atBottom(phi, place, name, offset, add) {
+    const parts = () => {
+      const moved = -this.slope(phi, { [name]: 1 }) / this.slope(phi, { "tip.vy": 1 });
+      return [/** @type {Part} */ ([phi, { [name]: 1, "tip.vy": moved }])];
+    };
+    return this.sum(this.read(phi, place) + offset, parts, add);
   }
 
   /** @param {number} phi */
   groundSpeed(phi) {
-    const found = this.atBottom(phi, this.vx, "tip.vx", this.model.speed);
-    found.by[SPACING] += this.model.rate / TURN;
-    found.by[RATE] += this.model.spacing / TURN;
-    return found;
+    const { rate, spacing, speed } = this.model;
+    return this.atBottom(phi, this.vx, "tip.vx", speed, (by) => {
+      by[SPACING] += rate / TURN;
+      by[RATE] += spacing / TURN;
+    });
   }
 
   /** The greatest value of a signal. @param {Signal} signal @param {(v: Float64Array, value: number) => Record<string, number>} weights @param {Float64Array} samples */
   peak(signal, weights, samples) {
     const k = extreme(samples, this.last, 1);
     const phi = summit((angle) => signal(this.model.at(angle)), this.turn.phi[k], this.step);
-    const values = this.model.at(phi);
+    const values = this.model.at(phi).slice();
     const value = signal(values);
-    return this.sum(value, [[phi, weights(values, value)]]);
+    return this.sum(value, () => [[phi, weights(values, value)]]);
   }
 
   leastMargin() {
     const samples = this.turn.outputs["assembly.margin"];
     const k = extreme(samples, this.last, -1);
     const phi = summit((angle) => -this.read(angle, this.margin), this.turn.phi[k], this.step);
-    return this.sum(this.read(phi, this.margin), [[phi, { "assembly.margin": 1 }]]);
+    return this.sum(this.read(phi, this.margin), () => [[phi, { "assembly.margin": 1 }]]);
   }
 
   /** Hole and swept width. @param {number} bottom @param {number} lowest */
   inTheRidge(bottom, lowest) {
-    const none = { value: Number.NaN, by: {} };
+    const none = new Figure(Number.NaN, () => ({}));
     const surface = ridgeSurface(this.design, lowest);
     const crossings = this.crossings(bottom, surface);
     if (!crossings) return { hole: none, swept: none };
-    const [entry, exit] = crossings.map((phi) => this.tipAt(phi, surface));
-    const hole = this.difference(bottom, exit, entry);
+    const [entry, exit] = crossings.map((phi) => ({ phi, x: this.along(phi), isTip: true }));
+    const hole = this.difference(bottom, surface, exit, entry);
     // while the tip is in the ridge the nozzle's axis crosses the surface above it
     let [least, most] = entry.x < exit.x ? [entry, exit] : [exit, entry];
     const inside = [];
     for (let phi = crossings[0] + this.step / 2; phi < crossings[1]; phi += this.step) inside.push(phi);
-    const where = (/** @type {number} */ phi) => this.axisAt(phi, surface).x;
+    const where = (/** @type {number} */ phi) => this.axisAt(phi, surface);
     const xs = inside.map(where);
     if (inside.length > 2)
       for (const sign of [-1, 1]) {
         const k = xs.reduce((best, x, i) => (sign * x > sign * xs[best] ? i : best), 0);
         const phi = summit((angle) => sign * where(angle), inside[k], this.step, crossings);
         if (crossings.includes(phi)) continue; // the tip itself, whose pose moves with the crossing
-        const place = this.axisAt(phi, surface);
+        const place = { phi, x: where(phi), isTip: false };
         if (sign < 0 && place.x < least.x) least = place;
         if (sign > 0 && place.x > most.x) most = place;
       }
-    return { hole, swept: this.difference(bottom, most, least) };
+    return { hole, swept: this.difference(bottom, surface, most, least) };
   }
 
   /** Where the tip goes through the surface before and after the lowest point. @param {number} bottom @param {number} surface */
@@ -275,41 +297,55 @@ class Measurer {
     return found;
   }
 
-  /** The tip on the surface; its pose moves with the crossing. @param {number} phi @param {number} surface */
-  tipAt(phi, surface) {
-    const values = this.model.at(phi);
-    const x = values[this.x] + (this.model.spacing * phi) / TURN;
-    const rise = (values[this.vx] + this.model.speed) / values[this.vy];
-    return { phi, x, cot: rise, weights: { "tip.x": 1, "tip.y": -rise }, surface };
+  /** The tip along the row. @param {number} phi */
+  along(phi) {
+    return this.read(phi, this.x) + (this.model.spacing * phi) / TURN;
   }
 
-  /** The nozzle's axis on the surface. @param {number} phi @param {number} surface */
+  /** The nozzle's axis on the surface, along the row. @param {number} phi @param {number} surface */
   axisAt(phi, surface) {
     const values = this.model.at(phi);
-    const above = surface - values[this.y];
+    return (
+      values[this.x] +
+      (this.model.spacing * phi) / TURN +
+      (surface - values[this.y]) * (Math.cos(values[this.angle]) / Math.sin(values[this.angle]))
+    );
+  }
+
+  /**
+   * How a place on the surface moves: its weighted outputs, and with the surface's height. That of the tip is at a
+   * crossing, whose pose moves too.
+   * @param {Place} place @param {number} surface @param {number} sign @returns {{part: Part, raised: number}}
+   */
+  moved({ phi, isTip }, surface, sign) {
+    const values = this.model.at(phi);
+    if (isTip) {
+      const rise = (values[this.vx] + this.model.speed) / values[this.vy];
+      return { part: [phi, { "tip.x": sign, "tip.y": -sign * rise }], raised: sign * rise };
+    }
     const sine = Math.sin(values[this.angle]);
     const cot = Math.cos(values[this.angle]) / sine;
-    const x = values[this.x] + (this.model.spacing * phi) / TURN + above * cot;
-    return { phi, x, cot, weights: { "tip.x": 1, "tip.y": -cot, "tip.angle": -above / sine ** 2 }, surface };
+    const turned = (values[this.y] - surface) / sine ** 2;
+    return { part: [phi, { "tip.x": sign, "tip.y": -sign * cot, "tip.angle": sign * turned }], raised: sign * cot };
   }
 
   /**
    * How far one place on the surface is ahead of another. A surface at a depth goes with the lowest point.
-   * @param {number} bottom @param {ReturnType<Measurer["axisAt"]> | ReturnType<Measurer["tipAt"]>} front
-   * @param {ReturnType<Measurer["axisAt"]> | ReturnType<Measurer["tipAt"]>} back
+   * @param {number} bottom @param {number} surface @param {Place} front @param {Place} back
    */
-  difference(bottom, front, back) {
-    const raised = front.cot - back.cot; // by the surface's height
-    const negative = Object.fromEntries(Object.entries(back.weights).map(([name, weight]) => [name, -weight]));
-    /** @type {[number, Record<string, number>][]} */
-    const parts = [
-      [front.phi, front.weights],
-      [back.phi, negative],
-    ];
-    if (DEPTH in this.design) parts.push([bottom, { "tip.y": raised }]);
-    return this.sum(front.x - back.x, parts, {
-      [SPACING]: (front.phi - back.phi) / TURN,
-      [DEPTH in this.design ? DEPTH : LEVEL]: raised,
+  difference(bottom, surface, front, back) {
+    const { design } = this;
+    let raised = 0;
+    const parts = () => {
+      const ends = [this.moved(front, surface, 1), this.moved(back, surface, -1)];
+      raised = ends[0].raised + ends[1].raised;
+      const found = ends.map((end) => end.part);
+      if (DEPTH in design) found.push([bottom, { "tip.y": raised }]);
+      return found;
+    };
+    return this.sum(front.x - back.x, parts, (by) => {
+      by[SPACING] += (front.phi - back.phi) / TURN;
+      by[DEPTH in design ? DEPTH : LEVEL] += raised;
     });
   }
 }
@@ -365,9 +401,4 @@ export function summit(f, x, step, limits = [-Infinity, Infinity]) {
     h /= 4;
   }
   return x;
-}
-
-/** Whether a problem is the FMU's refusal of a pose. @param {unknown} problem @returns {problem is Refusal} */
-export function isRefusal(problem) {
-  return problem instanceof Refusal;
 }

@@ -28,7 +28,8 @@
  * @property {{name: string, token: string, version: string, turnsPerMinute: number, plantSpacing: number}} model
  * @property {Record<string, {display: string, factor: number, exponents: Record<string, number>}>} units
  * @property {Variable[]} variables
- * @property {{ridgeDepth: number, postures: number[], families: Family[]}} published
+ * @property {{ridgeDepth: number, postures: number[], families: Family[], notes: Record<string, string>}} published
+ * @property {{text: string, values: Record<string, number>}} masses an example, SI
  */
 
 /** A number that the user may change. @typedef {object} Quantity
@@ -149,10 +150,10 @@ export class Catalogue {
     const unit = v.unit ?? "1";
     const limits = v.range ?? [-1e60, 1e60];
     const reach = Math.max(Math.abs(start) / 2, REACH[unit] ?? 1);
-    const [group, symbol] = [v.name.slice(0, v.name.indexOf(".")), v.name.slice(v.name.indexOf(".") + 1)];
+    const [group, symbol = group] = v.name.split(/\.(.*)/, 2);
     return {
       name: v.name,
-      group: group || v.name,
+      group,
       symbol: greek(symbol),
       text: v.text,
       unit,

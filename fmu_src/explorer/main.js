@@ -5,7 +5,7 @@ import { Controls } from "./controls.js";
 import { CouplingPage } from "./coupling_page.js";
 import { Diagram } from "./curves.js";
 import { changed, History, machineSpeed, publishedDesign, quantityOf, same, Unacceptable } from "./design.js";
-import { byId, html, put, say, svg } from "./dom.js";
+import { byId, children, html, put, say, svg } from "./dom.js";
 import { fromFragment, open, toCsv, toDxf, toFragment, toJson, toSsv, toSvg } from "./exchange.js";
 import { figures, KINDS, ridgeSurface } from "./figures.js";
 import { Fmu, Refusal } from "./fmi.js";
@@ -16,6 +16,7 @@ import { describe, GroundView, MachineView } from "./views.js";
 /** @typedef {import("./design.js").Design} Design */
 /** @typedef {import("./model.js").Turn} Turn */
 /** @typedef {import("./model.js").Gap} Gap */
+/** @typedef {import("./model.js").Point} Point */
 /** @typedef {import("./figures.js").Figure} Figure */
 /** A design with all that was computed of it. @typedef {{design: Design, turn: Turn, figures: Record<string, Figure>}} Solved */
 /** @typedef {Solved & {name: string, style: string, visible: boolean, ofFamily: boolean}} Variant */
@@ -23,10 +24,18 @@ import { describe, GroundView, MachineView } from "./views.js";
 const STYLES = 6;
 const COARSE = 180; // samples of a turn where only closing is asked
 const PRESET_NONE = "";
+const REST = 120; // ms without a move, after which a slider that is held is taken to rest
+const DIAGRAMS = /** @type {const} */ ({
+  speed: "speed of the tip, m/s",
+  acceleration: "acceleration of the tip, m/s²",
+  torque: "torque of the drive, N·m",
+  inertia: "reflected inertia, kg·m²",
+});
 
 class Explorer {
-  /** @param {Fmu} fmu @param {Catalogue} catalogue */
-  constructor(fmu, catalogue) {
+  /** @param {Fmu} fmu @param {Catalogue} catalogue @param {Parts} parts */
+  constructor(fmu, catalogue, parts) {
+    this.fmu = fmu;
     this.catalogue = catalogue;
     this.model = new Model(fmu, catalogue);
     this.published = this.solve(publishedDesign(catalogue));
@@ -49,32 +58,23 @@ class Explorer {
     this.drawn = [];
     /** What the table of variants shows. @type {unknown[]} */
     this.listed = [];
-    this.controls = new Controls(
-      byId("controls"),
-      this.catalogue,
-      (name, value, done) => this.#change(name, value, done),
-      (text) => this.say(text),
-    );
-    this.machine = new MachineView(byId("machine"), byId("crank-handle"));
-    this.ground = new GroundView(byId("ground"));
-    this.diagrams = {
-      speed: new Diagram(byId("speed"), "speed of the tip, m/s"),
-      acceleration: new Diagram(byId("acceleration"), "acceleration of the tip, m/s²"),
-      torque: new Diagram(byId("torque"), "torque of the drive, N·m"),
-      inertia: new Diagram(byId("inertia"), "reflected inertia, kg·m²"),
+    this.resting = 0;
+    this.controls = parts.controls;
+    this.controls.change = (values, done) => this.#change(values, done);
+    this.controls.complain = (text) => this.say(text);
+    this.controls.opened = () => {
+      this.controls.design(this.history.present);
+      this.#rest();
     };
-    this.coupling = new CouplingPage(
-      fmu,
-      this.catalogue,
-      byId("coupling-controls"),
-      byId("coupling-table"),
-      byId("coupling-note"),
-      byId("error-over-step"),
-      byId("stepped"),
-    );
+    this.machine = parts.machine;
+    this.ground = parts.ground;
+    this.diagrams = parts.diagrams;
+    /** The second page, once it is open. @type {CouplingPage | undefined} */
+    this.coupling = undefined;
     for (const kind of KINDS) byId("goal").append(html("option", { value: kind.key }, kind.title));
     this.#buildPresets();
     this.#listen();
+    say(byId("printed"), catalogue.published.notes.figures);
     byId("manual").hidden = !location.pathname.includes("/documentation/");
     this.#listenToCrank();
     /** @type {HTMLInputElement} */ (byId("postures")).value = this.catalogue.published.postures.join(", ");
@@ -82,14 +82,12 @@ class Explorer {
 
   #buildPresets() {
     const preset = byId("preset");
-    preset.append(
-      html("option", { value: PRESET_NONE }, "choose …"),
-      html("option", { value: "published" }, "7 and 8: the published design"),
-    );
+    preset.append(html("option", { value: PRESET_NONE }, "choose …"));
     for (const family of this.catalogue.published.families) {
       const symbol = this.catalogue.quantities.get(family.name)?.symbol ?? family.name;
       preset.append(html("option", { value: family.name }, `${family.figure}: ${symbol}, ${family.title}`));
     }
+    preset.append(html("option", { value: "published" }, "7 and 8: the published design"));
   }
 
   // ---- computing -----------------------------------------------------------------------------
@@ -158,10 +156,10 @@ class Explorer {
     this.schedule();
   }
 
-  /** A slider moves: one step of the history, however far it goes. @param {string} name @param {number} value SI @param {boolean} done */
-  #change(name, value, done) {
+  /** A slider moves: one step of the history, however far it goes. @param {Record<string, number>} values SI @param {boolean} done */
+  #change(values, done) {
     try {
-      const next = changed(this.catalogue, this.history.present, { [name]: value });
+      const next = changed(this.catalogue, this.history.present, values);
       if (this.sliding === undefined) {
         const before = this.history.past.length;
         this.history.push(next);
@@ -213,6 +211,20 @@ class Explorer {
 
   // ---- drawing -------------------------------------------------------------------------------
 
+  get drawings() {
+    return [this.machine, this.ground, ...Object.values(this.diagrams)];
+  }
+
+  /** Drawings have letters of one size in any window. */
+  watchSizes() {
+    const observer = new ResizeObserver((entries) => {
+      for (const { target, contentRect } of entries)
+        if (contentRect.width > 0 && this.drawings.find(({ root }) => root === target)?.resize(contentRect.width))
+          this.schedule();
+    });
+    for (const { root } of this.drawings) observer.observe(root);
+  }
+
   schedule() {
     if (this.isScheduled) return;
     this.isScheduled = true;
@@ -230,6 +242,12 @@ class Explorer {
     this.#drawPose();
   }
 
+  /** The joints of the last design that closes. @param {number} phi rad */
+  places(phi) {
+    this.model.take(this.shown.design);
+    return this.model.joints(phi);
+  }
+
   #drawDesign() {
     const { shown, variants } = this;
     const key = [
@@ -240,39 +258,61 @@ class Explorer {
       this.history.future.length,
       this.goal,
       ...variants.flatMap((v) => [v, v.visible, v.name]),
-      ...this.postures,
+      this.postures,
+      ...this.drawings.map(({ width }) => width),
     ];
     if (key.length === this.drawn.length && key.every((part, k) => part === this.drawn[k])) return;
     this.drawn = key;
     const visible = variants.filter((one) => one.visible);
     const one = { ...shown, name: "present design", style: "" };
-    this.machine.design(one, visible, this.postures);
-    this.ground.design(one, visible, this.postures, shown.figures);
+    const places = this.postures.map((phi) => this.places(phi));
+    this.machine.design(one, visible, this.postures, places);
+    this.ground.design(one, visible, this.postures, places, shown.figures);
     this.#drawCurves(visible);
     this.controls.design(this.history.present);
-    this.#drawGoal();
+    clearTimeout(this.resting);
+    if (this.sliding) this.resting = setTimeout(() => this.#rest(), REST);
+    else this.#rest();
     this.#drawFigures();
+    this.#drawLegend(visible);
     this.#drawVariants();
     byId("notice").hidden = !this.problem;
     say(byId("notice-text"), this.problem ? `${this.problem} The drawings show the last design that closes.` : "");
     document.body.classList.toggle("stale", Boolean(this.problem));
     /** @type {HTMLButtonElement} */ (byId("undo")).disabled = this.history.past.length === 0;
     /** @type {HTMLButtonElement} */ (byId("redo")).disabled = this.history.future.length === 0;
-    if (!byId("page-coupling").hidden) this.coupling.show(shown.design);
+    const preset = /** @type {HTMLSelectElement} */ (byId("preset"));
+    if (preset.value !== PRESET_NONE && !same(this.history.present, this.published.design)) preset.value = PRESET_NONE;
+    if (!byId("page-coupling").hidden) this.coupling?.show(shown.design);
+  }
+
+  /** What can wait until a slider rests: derivatives, and what a drawing says to those who do not see it. */
+  #rest() {
+    this.#drawGoal();
     describe(
       byId("machine"),
-      `Static trajectory, ${KINDS.filter((kind) => shown.figures[kind.key])
-        .map((kind) => `${kind.title} ${figureText(kind, shown.figures[kind.key])}`)
+      `Static trajectory, ${KINDS.filter((kind) => this.shown.figures[kind.key])
+        .map((kind) => `${kind.title} ${figureText(kind, this.shown.figures[kind.key])}`)
         .join(", ")}`,
     );
   }
 
+  /** Which curve is which. @param {Variant[]} visible */
+  #drawLegend(visible) {
+    const list = byId("legend");
+    list.hidden = visible.length === 0;
+    if (list.hidden) return;
+    const rows = children(list, visible.length + 1, () => html("li", {}, sample(""), html("span")));
+    for (const [k, one] of [{ name: "present design", style: "" }, ...visible].entries()) {
+      put(rows[k].querySelector("path") ?? rows[k], { class: k === 0 ? "tip-path" : `variant ${one.style}` });
+      say(rows[k].children[1], one.name);
+    }
+  }
+
   /** @param {Variant[]} visible */
   #drawCurves(visible) {
-    const of = (/** @type {Turn} */ turn, /** @type {string} */ name) => turn.outputs[name];
-    const size = (/** @type {Turn} */ turn, /** @type {string} */ x, /** @type {string} */ y) =>
-      of(turn, x).map((value, k) => Math.hypot(value, of(turn, y)[k]));
     const { turn } = this.shown;
+    // beside variants the magnitude alone: the colours are theirs
     for (const [diagram, x, y, letter] of /** @type {const} */ ([
       [this.diagrams.speed, "tip.vx", "tip.vy", "v"],
       [this.diagrams.acceleration, "tip.ax", "tip.ay", "a"],
@@ -280,29 +320,34 @@ class Explorer {
       diagram.draw(
         [
           { name: `|${letter}|`, style: "c0", values: size(turn, x, y) },
-          { name: `${letter}x`, style: "c1", values: of(turn, x) },
-          { name: `${letter}y`, style: "c2", values: of(turn, y) },
-        ],
+          { name: `${letter}x`, style: "c1", values: turn.outputs[x] },
+          { name: `${letter}y`, style: "c2", values: turn.outputs[y] },
+        ].slice(0, visible.length > 0 ? 1 : 3),
         visible.map((one) => ({ name: one.name, style: `variant ${one.style}`, values: size(one.turn, x, y) })),
+        this.postures,
       );
     for (const [diagram, name, title] of /** @type {const} */ ([
-      [this.diagrams.torque, "crank.tau", "torque"],
-      [this.diagrams.inertia, "crank.inertia", "inertia"],
+      [this.diagrams.torque, "crank.tau", "τ"],
+      [this.diagrams.inertia, "crank.inertia", "J"],
     ])) {
-      const values = turn.outputs[name];
-      const isThere = Boolean(values?.some((value) => value !== 0));
+      const hasMass = (/** @type {Solved} */ one) => one.turn.outputs[name]?.some((value) => value !== 0);
+      const isThere = [this.shown, ...visible].some(hasMass);
       put(diagram.root, { hidden: !isThere });
       if (isThere)
         diagram.draw(
-          [{ name: title, style: "c0", values }],
+          [{ name: title, style: "c0", values: turn.outputs[name] }],
           visible.map((one) => ({ name: one.name, style: `variant ${one.style}`, values: one.turn.outputs[name] })),
+          this.postures,
         );
     }
+    for (const button of document.querySelectorAll("#curve-downloads [data-svg]"))
+      put(button, { hidden: byId(/** @type {HTMLElement} */ (button).dataset.svg ?? "").hasAttribute("hidden") });
   }
 
   #drawGoal() {
     const aim = Number(/** @type {HTMLSelectElement} */ (byId("aim")).value);
     this.controls.slopes(this.goal, this.problem ? undefined : this.shown.figures[this.goal.key], aim);
+    say(byId("goal-unit"), this.goal.display ? ` in ${this.goal.display}` : "");
   }
 
   /** The figures beside the published ones; rows are made anew only where there are others. */
@@ -378,30 +423,25 @@ class Explorer {
       this.variants = this.variants.filter((other) => other !== one);
       this.schedule();
     });
-    const sample = svg(
-      "svg",
-      { viewBox: "0 0 24 8", class: "drawing", "aria-hidden": "true" },
-      svg("path", { class: `variant ${one.style}`, d: "M0 4H24" }),
-    );
     return html(
       "tr",
       { "data-variant": one.name },
-      html("th", { scope: "row" }, html("span", {}, isShown, sample, name)),
+      html("th", { scope: "row" }, html("span", {}, isShown, sample(`variant ${one.style}`), name)),
       ...kinds.map((kind) => figureCell(kind, one.figures[kind.key])),
       html("td", {}, use, " ", drop),
     );
   }
 
   #drawPose() {
-    const one = { ...this.shown, name: "", style: "" };
-    this.machine.pose(one, this.phi);
-    this.ground.pose(one, this.phi);
+    const places = this.places(this.phi);
+    this.machine.pose(places);
+    this.ground.pose(places, this.shown.design, this.phi);
     for (const diagram of Object.values(this.diagrams))
       if (!diagram.root.hasAttribute("hidden")) diagram.pose(this.phi);
     const degrees = (this.phi * 360) / TURN;
     const text = `${number(degrees, 0)}°`;
     const slider = /** @type {HTMLInputElement} */ (byId("phi"));
-    slider.value = String(degrees);
+    if (slider.value !== String(Math.round(degrees))) slider.value = String(degrees);
     put(slider, { "aria-valuetext": text });
     put(byId("crank-handle"), { "aria-valuenow": Math.round(degrees), "aria-valuetext": text });
     say(byId("phi-text"), text);
@@ -545,7 +585,12 @@ class Explorer {
         offer(
           `linkage-${id}.svg`,
           "image/svg+xml",
-          toSvg(/** @type {any} */ (drawing), this.shown.design, drawing.getAttribute("aria-label") ?? id),
+          toSvg(
+            /** @type {any} */ (drawing),
+            drawing.classList.contains("diagram") ? "px" : "mm",
+            this.shown.design,
+            drawing.getAttribute("aria-label") ?? id,
+          ),
         );
       });
     byId("link").addEventListener("click", async () => {
@@ -595,8 +640,9 @@ class Explorer {
     else this.say("");
     if (kind === "ssv") offer("linkage.ssv", "application/xml", toSsv(this.catalogue, shown.design));
     if (kind === "json") offer("linkage.json", "application/json", toJson(this.history.present, this.variants));
-    if (kind === "csv") offer("linkage-turn.csv", "text/csv", toCsv(shown.design, shown.turn));
-    if (kind === "dxf") offer("linkage.dxf", "image/vnd.dxf", toDxf(shown.design, shown.turn));
+    this.model.take(shown.design);
+    if (kind === "csv") offer("linkage-turn.csv", "text/csv", toCsv(shown.design, this.model.table()));
+    if (kind === "dxf") offer("linkage.dxf", "image/vnd.dxf", toDxf(shown.design, shown.turn, this.model.joints(0)));
   }
 
   #listenToTabs() {
@@ -609,6 +655,7 @@ class Explorer {
       if (chosen === tabs[1]) {
         this.play(false);
         this.refresh();
+        this.coupling ??= new CouplingPage(this.fmu, this.catalogue);
         this.coupling.show(this.shown.design);
       }
     };
@@ -638,6 +685,23 @@ class Explorer {
   say(text) {
     say(byId("message"), text);
   }
+}
+
+/** Magnitudes over a turn. @param {Turn} turn @param {string} x @param {string} y */
+function size({ outputs }, x, y) {
+  const [along, up] = [outputs[x], outputs[y]];
+  const found = new Float64Array(along.length);
+  for (let k = 0; k < found.length; k += 1) found[k] = Math.sqrt(along[k] * along[k] + up[k] * up[k]);
+  return found;
+}
+
+/** A piece of a line, for a legend. @param {string} style */
+function sample(style) {
+  return svg(
+    "svg",
+    { viewBox: "0 0 24 8", class: "drawing sample", "aria-hidden": "true" },
+    svg("path", { class: style, d: "M0 4H24" }),
+  );
 }
 
 /** Where a turn does not close and by how much. @param {Turn} turn */
@@ -689,21 +753,40 @@ function offer(name, type, text) {
 
 /** The kernel, which stands in the page compressed. @param {string} text base64 */
 async function unpacked(text) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k += 1) bytes[k] = letters.charCodeAt(k);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Response(stream).arrayBuffer();
+}
+
+/** What the page is made of besides the FMU. @typedef {ReturnType<typeof parts>} Parts */
+
+/** Made while the browser compiles the FMU; sizes are read first, before anything is put in. @param {Catalogue} catalogue */
+function parts(catalogue) {
+  const diagram = (/** @type {keyof typeof DIAGRAMS} */ id) => new Diagram(byId(id), DIAGRAMS[id]);
+  const [machine, ground] = [new MachineView(byId("machine"), byId("crank-handle")), new GroundView(byId("ground"))];
+  const diagrams = {
+    speed: diagram("speed"),
+    acceleration: diagram("acceleration"),
+    torque: diagram("torque"),
+    inertia: diagram("inertia"),
+  };
+  return { machine, ground, diagrams, controls: new Controls(byId("controls"), catalogue) };
 }
 
 async function start() {
   const catalogue = new Catalogue(JSON.parse(byId("interface").textContent ?? ""));
   const kernel = byId("kernel");
-  const fmu = await Fmu.load(await unpacked(kernel.textContent ?? ""), catalogue.model.token);
+  const loading = unpacked(kernel.textContent ?? "").then((bytes) => Fmu.load(bytes, catalogue.model.token));
   kernel.remove();
-  const explorer = new Explorer(fmu, catalogue);
+  const made = parts(catalogue);
+  const explorer = new Explorer(await loading, catalogue, made);
   explorer.openGiven(byId("given").textContent ?? "");
   explorer.openAddress();
   explorer.draw(performance.now());
   performance.mark("first-picture");
+  explorer.watchSizes();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) explorer.play(true);
   return explorer;
 }

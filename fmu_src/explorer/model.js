@@ -1,6 +1,5 @@
 // @ts-check
-// The linkage as the FMU answers it: one pose, a whole turn, gradients. Nothing is solved here; only where the FMU does
-// not tell a joint is it found from the nozzle's place and direction along the rigid links.
+// The linkage as the FMU answers it: one pose, a whole turn, gradients. Nothing is solved here.
 
 import { machineSpeed } from "./design.js";
 import { Refusal } from "./fmi.js";
@@ -17,7 +16,7 @@ import { RATE, SPACING, TURN } from "./interface.js";
 
 /** A whole turn. @typedef {object} Turn
  * @property {Float64Array} phi rad, from 0 to one turn, both included
- * @property {Record<string, Float64Array>} outputs by name
+ * @property {Record<string, Float64Array>} outputs by name: those that curves and figures are made of, or all
  * @property {Gap[]} gaps the poses that cannot be reached; where there are any, outputs are not whole
  */
 
@@ -30,30 +29,37 @@ export class Model {
   constructor(fmu, catalogue) {
     this.catalogue = catalogue;
     this.instance = fmu.instance("explorer").enter();
-    const computed = catalogue.computed((v) => v.kind === "output" || v.name.startsWith("joint."));
-    /** What is read of a pose, by place. */
-    this.names = computed.map((v) => v.name);
-    this.place = new Map(this.names.map((name, k) => [name, k]));
-    this.outputs = fmu.block(computed.map((v) => v.reference));
+    const block = (/** @type {string[]} */ names) => fmu.block(names.map((name) => catalogue.reference(name)));
+    /** All that is told of a pose. */
+    this.names = catalogue.computed((v) => v.kind === "output" || v.name.startsWith("joint.")).map((v) => v.name);
+    this.outputs = block(this.names);
+    /** What curves and figures are made of, by place. */
+    this.curveNames = [...GRADED, INERTIA].filter((name) => catalogue.variables.has(name));
+    this.place = new Map(this.curveNames.map((name, k) => [name, k]));
+    this.curves = block(this.curveNames);
+    this.points = block([...MOVING].flatMap((joint) => [`joint.${joint}.x`, `joint.${joint}.y`]));
     this.parameterNames = catalogue.parameters.map((q) => q.name);
     this.parameters = fmu.block(catalogue.parameters.map((q) => catalogue.reference(q.name)));
     this.inputs = fmu.block(["crank.phi", RATE, "machine.v", "machine.s"].map((name) => catalogue.reference(name)));
     /** What figures depend on, and what they are differentiated by: parameters, the angle, the rate. */
     this.unknownNames = GRADED.filter((name) => catalogue.variables.has(name));
-    this.unknowns = fmu.block(this.unknownNames.map((name) => catalogue.reference(name)));
-    const known = [...this.parameterNames, "crank.phi", RATE].filter((name) => this.#differentiates(fmu, name));
-    this.knownNames = known;
-    this.knowns = fmu.block(known.map((name) => catalogue.reference(name)));
-    this.angle = known.indexOf("crank.phi");
+    this.unknowns = block(this.unknownNames);
+    const all = [...this.parameterNames, "crank.phi", RATE];
+    const isKnown = (/** @type {string[]} */ names) => this.#differentiates(block(names));
+    this.knownNames = isKnown(all) ? all : all.filter((name) => isKnown([name]));
+    this.knowns = block(this.knownNames);
+    this.angle = this.knownNames.indexOf("crank.phi");
+    /** The design that the FMU has. @type {Design | undefined} */
+    this.taken = undefined;
     this.rate = 0;
     this.spacing = 0;
     this.speed = 0;
   }
 
-  /** Whether the FMU has derivatives by a variable. @param {Fmu} fmu @param {string} name */
-  #differentiates(fmu, name) {
+  /** Whether the FMU has derivatives by all of these variables. @param {Block} knowns */
+  #differentiates(knowns) {
     try {
-      this.instance.adjoint(this.unknowns, fmu.block([this.catalogue.reference(name)]));
+      this.instance.adjoint(this.unknowns, knowns);
       return true;
     } catch (problem) {
       if (problem instanceof Refusal) return false;
@@ -63,11 +69,14 @@ export class Model {
 
   /** Take another design. Throws Refusal where a value is out of its range. @param {Design} design */
   take(design) {
+    if (design === this.taken) return;
+    this.taken = undefined;
     this.parameters.view.set(this.parameterNames.map((name) => design[name]));
     this.instance.set(this.parameters);
     this.rate = design[RATE];
     this.spacing = design[SPACING];
     this.speed = machineSpeed(design);
+    this.taken = design;
   }
 
   /** Set the crank's angle, its rate, and the machine where it then is. @param {number} phi rad */
@@ -81,38 +90,52 @@ export class Model {
   }
 
   /**
-   * All outputs at an angle, in the order of `names`; valid until the next call. Throws Refusal where the pose cannot be
-   * reached.
-   * @param {number} phi rad
+   * What curves and figures are made of at an angle, in the order of `curveNames`; valid until the next call. Throws
+   * Refusal where the pose cannot be reached.
+   * @param {number} phi rad @param {Block} block other variables, where others are wanted
    */
-  at(phi) {
+  at(phi, block = this.curves) {
     this.turnTo(phi);
-    return this.instance.get(this.outputs);
+    return this.instance.get(block);
   }
 
   /** All outputs at an angle, by name. @param {number} phi rad @returns {Record<string, number>} */
   pose(phi) {
-    const values = this.at(phi);
+    const values = this.at(phi, this.outputs);
     return Object.fromEntries(this.names.map((name, k) => [name, values[k]]));
   }
 
-  /** One turn at equal angles. @param {number} samples @returns {Turn} */
-  turn(samples = SAMPLES) {
+  /** The points of the linkage at an angle, by letter. @param {number} phi rad @returns {Record<string, Point>} */
+  joints(phi) {
+    const values = this.at(phi, this.points);
+    /** @type {Record<string, Point>} */
+    const found = { O: { x: 0, y: 0 } };
+    for (let k = 0; k < MOVING.length; k += 1) found[MOVING[k]] = { x: values[2 * k], y: values[2 * k + 1] };
+    return found;
+  }
+
+  /** One turn at equal angles, of every output. @returns {Turn} */
+  table() {
+    return this.turn(SAMPLES, this.names, this.outputs);
+  }
+
+  /** One turn at equal angles. @param {number} samples @param {string[]} names @param {Block} block their variables @returns {Turn} */
+  turn(samples = SAMPLES, names = this.curveNames, block = this.curves) {
     const phi = new Float64Array(samples + 1);
-    const columns = this.names.map(() => new Float64Array(samples + 1).fill(Number.NaN));
+    const columns = names.map(() => new Float64Array(samples + 1).fill(Number.NaN));
     /** @type {Gap[]} */
     const gaps = [];
     for (let k = 0; k <= samples; k += 1) {
       phi[k] = (TURN * k) / samples;
       try {
-        const values = this.at(phi[k]);
+        const values = this.at(phi[k], block);
         for (let c = 0; c < columns.length; c += 1) columns[c][k] = values[c];
       } catch (problem) {
         if (!(problem instanceof Refusal)) throw problem;
         gaps.push(gapOf(problem.message, phi[k]));
       }
     }
-    return { phi, outputs: Object.fromEntries(this.names.map((name, c) => [name, columns[c]])), gaps };
+    return { phi, outputs: Object.fromEntries(names.map((name, c) => [name, columns[c]])), gaps };
   }
 
   /**
@@ -132,6 +155,8 @@ export class Model {
 
 /** Outputs that figures are made of. */
 const GRADED = ["tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "tip.angle", "assembly.margin", "crank.tau"];
+const INERTIA = "crank.inertia";
+const MOVING = "ABCDEFGHIJ"; // points that the FMU tells; O is the origin
 
 /** What the component's message tells of a pose that it cannot reach. @param {string} message @param {number} phi @returns {Gap} */
 export function gapOf(message, phi) {
@@ -143,34 +168,4 @@ export function gapOf(message, phi) {
 /** The gap that misses by most. @param {Gap[]} gaps */
 export function worst(gaps) {
   return gaps.reduce((a, b) => (Math.abs(b.miss) > Math.abs(a.miss) ? b : a));
-}
-
-/**
- * The joints of a pose. Where the FMU has local variables joint.*, they are these; else A and D follow from the cranks,
- * and from the tip J and the nozzle's direction I, H, E, F and B along the rigid links EF and DBE.
- * @param {Design} design @param {number} phi @param {(name: string) => number} read an output
- * @returns {Record<string, Point>}
- */
-export function joints(design, phi, read) {
-  const g = (/** @type {string} */ name) => design[`geometry.${name}`];
-  const on = (/** @type {Point} */ from, /** @type {number} */ length, /** @type {number} */ angle) => ({
-    x: from.x + length * Math.cos(angle),
-    y: from.y + length * Math.sin(angle),
-  });
-  const O = { x: 0, y: 0 };
-  const C = { x: g("XC"), y: g("YC") };
-  const G = { x: g("XG"), y: g("YG") };
-  const A = on(O, g("L1"), g("phi1") - phi);
-  const D = on(C, g("L4"), g("phi4") - phi);
-  const J = { x: read("tip.x"), y: read("tip.y") };
-  const nozzle = read("tip.angle");
-  const HI = nozzle - g("theta9");
-  const EF = HI - g("theta8") + Math.PI;
-  const I = on(J, -g("L9"), nozzle);
-  const H = on(I, -g("L8"), HI);
-  const E = on(H, -g("L6") / 2, EF);
-  const F = on(H, g("L6") / 2, EF);
-  const DE = Math.atan2(E.y - D.y, E.x - D.x);
-  const B = on(D, g("L3"), DE + g("theta3"));
-  return { O, A, B, C, D, E, F, G, H, I, J };
 }

@@ -1,14 +1,14 @@
 // @ts-check
 // The two drawings: the linkage in the machine's frame, and the dynamic trajectory over the ridge. In mm, y up.
 
-import { line, put, say, svg } from "./dom.js";
+import { children, line, put, say, svg } from "./dom.js";
 import { ridgeSurface } from "./figures.js";
 import { number, SPACING, TURN } from "./interface.js";
-import { joints } from "./model.js";
 
 /** @typedef {import("./model.js").Turn} Turn */
 /** @typedef {import("./model.js").Point} Point */
 /** @typedef {import("./design.js").Design} Design */
+/** @typedef {Record<string, Point>} Places the joints by letter */
 /** What is drawn of a design. @typedef {{design: Design, turn: Turn, name: string, style: string}} Shown */
 /** @typedef {{left: number, right: number, top: number, bottom: number}} Box mm, y up */
 
@@ -26,19 +26,19 @@ const LINKS = [
 ]; // prettier-ignore
 /** Links that are more than a line. */
 const BODIES = ["BDE", "EFI"];
-/** Where names stand beside their joints, mm. @type {Record<string, [number, number]>} */
+/** Where names stand beside their joints, in letters. @type {Record<string, [number, number]>} */
 const BESIDE = {
-  O: [-16, 14],
-  C: [8, -16],
-  G: [10, -14],
-  A: [-16, 6],
-  B: [0, 12],
-  D: [10, 6],
-  E: [-14, 8],
-  F: [10, 6],
-  H: [8, 8],
-  I: [-14, 4],
-  J: [10, -6],
+  O: [1.3, -0.7],
+  C: [1.4, -0.9],
+  G: [1.3, -0.8],
+  A: [-1, 0.5],
+  B: [0.3, 1],
+  D: [-0.5, 1],
+  E: [-1, 0.6],
+  F: [0.8, 0.6],
+  H: [0.8, 0.5],
+  I: [-1, 0.3],
+  J: [-0.9, -0.4],
 };
 
 /** Common to both drawings: a frame that fits what is in it, a grid, marks. */
@@ -52,10 +52,24 @@ class View {
     this.path = svg("path", { class: "tip-path" });
     this.postures = svg("g", { class: "postures" });
     this.root.append(this.grid, this.soil, this.variants, this.path, this.postures);
+    this.surface = svg("rect");
+    this.edge = svg("path");
+    this.named = svg("text", { "text-anchor": "end" }, "ridge");
+    this.soil.append(this.surface, this.edge, this.named);
     /** Height of letters in mm, so that they are read at any size. */
     this.letter = 10;
+    /** Pixels. */
+    this.width = root.clientWidth;
     /** @type {Box} */
     this.box = { left: 0, right: 0, top: 0, bottom: 0 };
+  }
+
+  /** The window has another size. @param {number} width pixels @returns {boolean} whether all is to be drawn anew */
+  resize(width) {
+    if (Math.abs(width - this.width) < 1) return false;
+    this.width = width;
+    this.box = { left: 0, right: 0, top: 0, bottom: 0 };
+    return true;
   }
 
   /** Take a frame, widened to 50 mm, unless the present one still fits well. @param {Box} need */
@@ -74,7 +88,7 @@ class View {
     };
     const { left, right, top, bottom } = this.box;
     put(this.root, { viewBox: `${left} ${-top} ${right - left} ${top - bottom}` });
-    this.letter = (12.5 * (right - left)) / Math.max(this.root.clientWidth, 240);
+    this.letter = (12.5 * (right - left)) / Math.max(this.width, 240);
     this.root.style.fontSize = `${this.letter}px`;
     this.grid.replaceChildren();
     for (let x = Math.ceil(left / 100) * 100; x <= right; x += 100) {
@@ -92,20 +106,41 @@ class View {
   ridge(surface) {
     const { left, right, bottom } = this.box;
     const depth = Math.max(surface - bottom, 0);
-    this.soil.replaceChildren(
-      svg("rect", { x: left, y: -surface, width: right - left, height: depth }),
-      svg("path", { d: `M${left} ${-surface}H${right}` }),
-      svg("text", { x: right - 6, y: -surface + 1.3 * this.letter, "text-anchor": "end" }, "ridge"),
-    );
+    put(this.surface, { x: left, y: -surface, width: right - left, height: depth });
+    put(this.edge, { d: `M${left} ${-surface}H${right}` });
+    put(this.named, { x: right - 6, y: -surface + 1.3 * this.letter });
   }
 
-  /** @param {Shown[]} variants @param {(shown: Shown) => string} data */
+  /** @param {Shown[]} variants @param {(shown: Shown, k: number) => string} data */
   overlay(variants, data) {
-    this.variants.replaceChildren(
-      ...variants.map((shown) =>
-        svg("path", { class: `variant ${shown.style}`, d: data(shown) }, svg("title", {}, shown.name)),
-      ),
+    const paths = children(this.variants, variants.length, () => svg("path", {}, svg("title")));
+    for (const [k, shown] of variants.entries()) {
+      put(paths[k], { class: `variant ${shown.style}`, d: data(shown, k) });
+      if (paths[k].firstElementChild) say(paths[k].firstElementChild, shown.name);
+    }
+  }
+
+  /** The nozzle at chosen angles, which are named if that is wanted. @param {number[]} angles rad @param {Places[]} places @param {boolean} areNamed */
+  nozzles(angles, places, areNamed) {
+    const marks = children(this.postures, angles.length, () =>
+      svg("g", {}, svg("path", {}, svg("title")), svg("text", { "text-anchor": "middle" })),
     );
+    /** @type {Point[]} */
+    const taken = [];
+    for (const [k, phi] of angles.entries()) {
+      const { I, J } = places[k];
+      const [path, name] = marks[k].children;
+      const degrees = `${number((phi * 360) / TURN, 0)}°`;
+      put(path, { d: nozzleShape(I, J, 7) });
+      if (path.firstElementChild) say(path.firstElementChild, `nozzle at ${degrees}`);
+      say(name, areNamed ? degrees : "");
+      if (!areNamed) continue;
+      const room = this.letter * 2.6; // of a name, in mm
+      const at = { x: I.x * MM, y: I.y * MM + 0.6 * this.letter };
+      while (taken.some((p) => Math.abs(p.x - at.x) < room && Math.abs(p.y - at.y) < this.letter)) at.y += this.letter;
+      taken.push(at);
+      put(name, { x: at.x.toFixed(2), y: (-at.y).toFixed(2) });
+    }
   }
 }
 
@@ -130,28 +165,21 @@ function tipPath(turn) {
   return line(xs, ys);
 }
 
-/** @param {Turn} turn */
-function bounds(turn) {
-  const { "tip.x": x, "tip.y": y } = turn.outputs;
-  const known = (/** @type {Float64Array} */ values) => values.filter((value) => Number.isFinite(value));
-  const [kx, ky] = [known(x), known(y)];
-  return {
-    left: Math.min(...kx) * MM,
-    right: Math.max(...kx) * MM,
-    top: Math.max(...ky) * MM,
-    bottom: Math.min(...ky) * MM,
-  };
+/** Least and greatest of numbers. @param {Float64Array} values */
+function extent(values) {
+  let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (let k = 0; k < values.length; k += 1) {
+    if (values[k] < low) low = values[k];
+    if (values[k] > high) high = values[k];
+  }
+  return [low, high];
 }
 
-/** Outputs of a turn at an angle, straight between samples: good enough to look at. @param {Turn} turn @param {number} phi */
-export function reader(turn, phi) {
-  const last = turn.phi.length - 1;
-  const place = ((((phi / TURN) % 1) + 1) % 1) * last;
-  const k = Math.min(Math.floor(place), last - 1);
-  return (/** @type {string} */ name) => {
-    const values = turn.outputs[name];
-    return values[k] + (place - k) * (values[k + 1] - values[k]);
-  };
+/** @param {Turn} turn */
+function bounds(turn) {
+  const [left, right] = extent(turn.outputs["tip.x"]);
+  const [bottom, top] = extent(turn.outputs["tip.y"]);
+  return { left: left * MM, right: right * MM, top: top * MM, bottom: bottom * MM };
 }
 
 /** The linkage, its tip's static trajectory, postures at chosen angles. */
@@ -183,7 +211,7 @@ export class MachineView extends View {
         { class: fixed ? "joint fixed" : "joint" },
         fixed ? svg("path", { d: "M0 0L-9 15H9Z" }) : "",
         svg("circle", { r: "HI".includes(name) ? 2.5 : 4.5 }),
-        svg("text", { x: dx, y: -dy, dy: "0.35em", "text-anchor": "middle" }, name),
+        svg("text", { x: `${dx}em`, y: `${-dy}em`, dy: "0.35em", "text-anchor": "middle" }, name),
       );
       this.joints.set(name, mark);
       this.linkage.append(mark);
@@ -191,8 +219,8 @@ export class MachineView extends View {
     this.root.append(this.linkage, this.handle);
   }
 
-  /** @param {Shown} shown @param {Shown[]} variants @param {number[]} postures rad */
-  design(shown, variants, postures) {
+  /** @param {Shown} shown @param {Shown[]} variants @param {number[]} postures rad @param {Places[]} places at these */
+  design(shown, variants, postures, places) {
     const { design, turn } = shown;
     const boxes = [shown, ...variants].map((one) => bounds(one.turn));
     const reach = (design["geometry.L1"] + design["geometry.L2"]) * MM;
@@ -206,23 +234,14 @@ export class MachineView extends View {
       top: Math.max(...boxes.map((b) => b.top), reach * 0.7),
       bottom: Math.min(...boxes.map((b) => b.bottom)),
     });
-    this.ridge(ridgeSurface(design, Math.min(...turn.outputs["tip.y"])) * MM);
+    this.ridge(ridgeSurface(design, boxes[0].bottom / MM) * MM);
     put(this.path, { d: tipPath(turn) });
     this.overlay(variants, (one) => tipPath(one.turn));
-    this.postures.replaceChildren();
-    for (const phi of postures) {
-      const { I, J } = joints(design, phi, reader(turn, phi));
-      const angle = (phi * 360) / TURN;
-      this.postures.append(
-        svg("path", { d: nozzleShape(I, J, 7) }, svg("title", {}, `nozzle at ${number(angle, 0)}°`)),
-        svg("text", { x: J.x * MM + 6, y: -J.y * MM + 14 }, `${number(angle, 0)}°`),
-      );
-    }
+    this.nozzles(postures, places, true);
   }
 
-  /** @param {Shown} shown @param {number} phi rad */
-  pose(shown, phi) {
-    const places = joints(shown.design, phi, reader(shown.turn, phi));
+  /** @param {Places} places */
+  pose(places) {
     for (const [name, path] of this.links) {
       const [from, to] = [places[name[0]], places[name[1]]];
       put(path, {
@@ -285,104 +304,78 @@ export class GroundView extends View {
   }
 
   /**
-   * @param {Shown} shown @param {Shown[]} variants @param {number[]} postures rad
+   * @param {Shown} shown @param {Shown[]} variants @param {number[]} postures rad @param {Places[]} places at these
    * @param {Record<string, import("./figures.js").Figure>} found
    */
-  design(shown, variants, postures, found) {
+  design(shown, variants, postures, places, found) {
     const { design, turn } = shown;
     const paths = [shown, ...variants].map((one) => this.dynamic(one));
+    const boxes = paths.map(({ xs, ys }) => [...extent(xs), ...extent(ys)]);
     this.frame({
-      left: Math.min(...paths.map((p) => Math.min(...p.xs))),
-      right: Math.max(...paths.map((p) => Math.max(...p.xs))),
-      top: Math.max(...paths.map((p) => -Math.min(...p.ys))) + 0.8 * design["geometry.L9"] * MM,
-      bottom: Math.min(...paths.map((p) => -Math.max(...p.ys))) - 20,
+      left: Math.min(...boxes.map((box) => box[0])),
+      right: Math.max(...boxes.map((box) => box[1])),
+      top: Math.max(...boxes.map((box) => -box[2])) + 0.8 * design["geometry.L9"] * MM,
+      bottom: Math.min(...boxes.map((box) => -box[3])) - 20,
     });
-    const surface = ridgeSurface(design, Math.min(...turn.outputs["tip.y"])) * MM;
+    const surface = ridgeSurface(design, extent(turn.outputs["tip.y"])[0]) * MM;
     this.ridge(surface);
     put(this.path, { d: line(paths[0].xs, paths[0].ys) });
-    this.variants.replaceChildren(
-      ...variants.map((one, k) =>
-        svg(
-          "path",
-          { class: `variant ${one.style}`, d: line(paths[k + 1].xs, paths[k + 1].ys) },
-          svg("title", {}, one.name),
-        ),
-      ),
-    );
+    this.overlay(variants, (_, k) => line(paths[k + 1].xs, paths[k + 1].ys));
     this.inTheRidge(shown, surface, found);
-    this.postures.replaceChildren();
-    for (const phi of postures) {
-      const { I, J } = this.carried(shown, phi);
-      this.postures.append(
-        svg("path", { d: nozzleShape(I, J, 7) }, svg("title", {}, `nozzle at ${number((phi * 360) / TURN, 0)}°`)),
-      );
-    }
+    const carried = places.map((one, k) => this.carried(one, design, postures[k]));
+    this.nozzles(postures, carried, false);
   }
 
-  /** The joints where the machine has carried them. @param {Shown} shown @param {number} phi */
-  carried({ design, turn }, phi) {
-    const places = joints(design, phi, reader(turn, phi));
+  /** The nozzle's ends where the machine has carried them. @param {Places} places @param {Design} design @param {number} phi @returns {Places} */
+  carried({ I, J }, design, phi) {
     const travel = (design[SPACING] * phi) / TURN;
-    const moved = (/** @type {Point} */ p) => ({ x: p.x + travel, y: p.y });
-    return { I: moved(places.I), J: moved(places.J) };
+    return { I: { x: I.x + travel, y: I.y }, J: { x: J.x + travel, y: J.y } };
   }
 
   /** The nozzle's axis while it is in the ridge, and the widths of hole and sweep. @param {Shown} shown @param {number} surface mm @param {Record<string, import("./figures.js").Figure>} found */
-  inTheRidge(shown, surface, found) {
-    const { turn } = shown;
-    const y = turn.outputs["tip.y"];
+  inTheRidge({ design, turn }, surface, found) {
+    const { "tip.x": x, "tip.y": y, "tip.angle": angle } = turn.outputs;
     const samples = y.length - 1;
-    const bottom = y.indexOf(Math.min(...y));
-    const below = (/** @type {number} */ k) => y[((k % samples) + samples) % samples] * MM < surface;
+    const bottom = y.indexOf(extent(y)[0]);
+    const at = (/** @type {number} */ k) => ((k % samples) + samples) % samples;
+    const below = (/** @type {number} */ k) => y[at(k)] * MM < surface;
     let [first, last] = [bottom, bottom];
     while (below(first - 1) && bottom - first < samples) first -= 1;
     while (below(last + 1) && last - bottom < samples) last += 1;
     let fan = "";
-    /** @type {number[]} */
-    const swept = [];
-    /** @type {number[]} */
-    const ends = [];
+    let [least, most] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
     const every = Math.max(1, Math.round((last - first) / 14));
+    const tip = (/** @type {number} */ k) => (x[at(k)] + (design[SPACING] * k) / samples) * MM;
     for (let k = first; k <= last; k += 1) {
-      const { I, J } = this.carried(shown, (k * TURN) / samples);
-      const share = (surface / MM - J.y) / (I.y - J.y);
-      const x = (J.x + share * (I.x - J.x)) * MM;
-      swept.push(x);
-      if (k === first || k === last) ends.push(J.x * MM);
-      if ((k - first) % every === 0) fan += line([J.x * MM, x], [-J.y * MM, -surface]);
+      const s = at(k);
+      const axis = tip(k) + (surface - y[s] * MM) / Math.tan(angle[s]);
+      least = Math.min(least, axis);
+      most = Math.max(most, axis);
+      if ((k - first) % every === 0) fan += line([tip(k), axis], [-y[s] * MM, -surface]);
     }
     put(this.fan, { d: fan });
-    this.marks.replaceChildren();
-    if (!Number.isFinite(found.hole?.value ?? Number.NaN)) return;
-    const floor = Math.min(...y) * MM;
-    this.measure(
-      ends[0],
-      ends[1] ?? ends[0],
-      surface,
-      surface + 1.5 * this.letter,
-      `hole ${number(found.hole.value * MM, 1)}`,
-    );
-    this.measure(
-      Math.min(...swept),
-      Math.max(...swept),
-      surface,
-      floor - 12,
-      `swept ${number(found.swept.value * MM, 1)}`,
-    );
+    const isThere = Number.isFinite(found.hole.value);
+    put(this.marks, { hidden: !isThere });
+    if (!isThere) return;
+    const above = surface + 1.5 * this.letter;
+    this.measure(0, tip(first), tip(last), surface, above, `hole ${number(found.hole.value * MM, 1)}`);
+    this.measure(1, least, most, surface, y[bottom] * MM - 12, `swept ${number(found.swept.value * MM, 1)}`);
   }
 
-  /** A dimension line. @param {number} from @param {number} to @param {number} start mm, y @param {number} at mm, y @param {string} text */
-  measure(from, to, start, at, text) {
+  /** A dimension line. @param {number} which @param {number} from @param {number} to @param {number} start mm, y @param {number} at mm, y @param {string} text */
+  measure(which, from, to, start, at, text) {
     const [a, b] = from < to ? [from, to] : [to, from];
-    this.marks.append(
-      svg("path", { d: `M${a} ${-start}V${-at}M${b} ${-start}V${-at}M${a} ${-at}H${b}` }),
-      svg("text", { x: b + 6, y: -at, dy: "0.35em" }, text),
-    );
+    const [path, name] = children(this.marks, 2, () => svg("g", {}, svg("path"), svg("text", { dy: "0.35em" })))[which]
+      .children;
+    const [left, right, foot, top] = [a, b, -start, -at].map((value) => value.toFixed(2));
+    put(path, { d: `M${left} ${foot}V${top}M${right} ${foot}V${top}M${left} ${top}H${right}` });
+    put(name, { x: (b + 6).toFixed(2), y: top });
+    say(name, text);
   }
 
-  /** @param {Shown} shown @param {number} phi rad */
-  pose(shown, phi) {
-    const { I, J } = this.carried(shown, phi);
+  /** @param {Places} places @param {Design} design @param {number} phi rad */
+  pose(places, design, phi) {
+    const { I, J } = this.carried(places, design, phi);
     put(this.nozzle, { d: nozzleShape(I, J, 7) });
     put(this.tip, { cx: (J.x * MM).toFixed(2), cy: (-J.y * MM).toFixed(2) });
   }

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from ..interface import Interface, Output, Parameter, Variable
 from .compiler import FMU_SOURCE, SOURCE_ROOT, compile_module
+from .reference import definitions
 from .version import project_version
 
 FOLDER = SOURCE_ROOT / "explorer"
@@ -25,6 +26,7 @@ MAIN = "main.js"
 PAGE = "explorer.html"  # in documentation/ of an FMU
 GIVEN = b'id="given">'  # behind it, a design that is open from the start
 LARGEST = 300_000  # bytes of a page
+MASSES = "with_masses"  # of the experiments that the FMU carries
 # What the page calls: of the C library, of host.c, of FMI.
 FUNCTIONS = (
     "malloc", "free", "page_logger", "fmi3InstantiateCoSimulation", "fmi3Reset", "fmi3EnterInitializationMode",
@@ -103,7 +105,8 @@ def script(folder: Path) -> str:
 
 
 def described(interface: Interface) -> str:
-    """interface.toml for the page, and what the paper publishes, as JSON."""
+    """interface.toml for the page, what the paper publishes, and the masses of the FMU's example, as JSON."""
+    (masses,) = (of for of in definitions(interface) if of.name == MASSES)
     return json.dumps(
         {
             "model": {
@@ -123,6 +126,7 @@ def described(interface: Interface) -> str:
             },
             "variables": [_variable(v) for v in interface.variables],
             "published": json.loads(_source("published.json")),
+            "masses": {"text": masses.description, "values": masses.parameters},
         },
         ensure_ascii=False,
         separators=(",", ":"),

@@ -1,10 +1,12 @@
 """How long the explorer takes in Chromium: to its first picture, and to redraw while something is dragged.
 
-    python -m tests.explorer.timing [--loads N] [--moves N]
+    python -m tests.explorer.timing [--loads N] [--moves N] [--beside PAGE]
 
-The page is opened from the disk, offline. The first picture is when the script has drawn it, counted from the start of
-the navigation. A redraw is the browser's own task for one frame, from its tracing: script, style, layout and paint.
-Measured, not tested: the figures are this machine's, and depend on what else it does.
+The page is opened from the disk, offline. The first picture is there when the browser has painted what the script drew,
+counted from the start of the navigation. A redraw is the browser's own task for one frame, from its tracing: script,
+style, layout and paint. Beside each time stands how much of it the page's main thread had a processor for: the rest is
+waiting, for other threads or, on a machine that does other work, for a processor. Measured, not tested. Another page
+beside it, such as that of an earlier commit, is measured in turn with it, so that both meet the same load.
 """
 
 from __future__ import annotations
@@ -24,43 +26,68 @@ from scenarios.common.reports import machine
 from tests.conftest import PROJECT_ROOT
 from tests.explorer.conftest import NAMES
 
-CATEGORIES = ("devtools.timeline", "disabled-by-default-devtools.timeline")
+CATEGORIES = ("devtools.timeline", "disabled-by-default-devtools.timeline", "blink.user_timing")
+ROUNDS = 4  # into which the moves of a drag are divided, for two pages to be dragged in turn
 
 
-def loads(browser: Any, address: str, count: int) -> list[float]:
-    """Milliseconds from the start of the navigation to the first picture, each in a context of its own."""
-    found = []
-    for _ in range(count):
-        context = browser.new_context(offline=True, reduced_motion="reduce", viewport={"width": 1500, "height": 950})
-        page = context.new_page()
+class Trace:
+    """What the browser tells of itself while the block runs."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.events, self._complete = page, list[dict[str, Any]](), list[bool]()
+        self._session = page.context.new_cdp_session(page)
+        self._session.on("Tracing.dataCollected", lambda data: self.events.extend(data["value"]))
+        self._session.on("Tracing.tracingComplete", lambda _: self._complete.append(True))
+
+    def __enter__(self) -> Trace:
+        configuration = {"includedCategories": list(CATEGORIES)}
+        self._session.send("Tracing.start", {"traceConfig": configuration, "transferMode": "ReportEvents"})
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._session.send("Tracing.end")
+        while not self._complete:
+            self.page.wait_for_timeout(20)
+
+    def named(self, name: str) -> list[dict[str, Any]]:
+        return [event for event in self.events if event["name"] == name]
+
+
+Time = tuple[float, float]  # milliseconds, and those of them in which the main thread had a processor
+
+
+def load(browser: Any, address: str) -> Time:
+    """From the start of the navigation until the first picture is painted, in a context of its own."""
+    context = browser.new_context(offline=True, reduced_motion="reduce", viewport={"width": 1500, "height": 950})
+    page = context.new_page()
+    with Trace(page) as trace:
         page.goto(address)
         page.evaluate("window.explorer.ready")
-        found.append(page.evaluate("performance.getEntriesByName('first-picture')[0].startTime"))
-        context.close()
-    return found
-
-
-def frames(page: Page, drag: list[tuple[float, float]]) -> list[float]:
-    """Milliseconds of the main thread for each frame while the pointer, pressed, goes through these places."""
-    session = page.context.new_cdp_session(page)
-    events: list[dict[str, Any]] = []
-    session.on("Tracing.dataCollected", lambda data: events.extend(data["value"]))
-    complete: list[bool] = []
-    session.on("Tracing.tracingComplete", lambda _: complete.append(True))
-    session.send(
-        "Tracing.start", {"traceConfig": {"includedCategories": list(CATEGORIES)}, "transferMode": "ReportEvents"}
-    )
-    page.mouse.move(*drag[0])
-    page.mouse.down()
-    for x, y in drag[1:]:
-        page.mouse.move(x, y)
         page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    page.mouse.up()
-    session.send("Tracing.end")
-    while not complete:
-        page.wait_for_timeout(50)
-    tasks = [e for e in events if e["name"] == "RunTask" and "dur" in e]
-    drawn = [e for e in events if e["name"] == "FireAnimationFrame" and e.get("dur", 0) > 500]  # not the waiting above
+    context.close()
+    (drawn,) = trace.named("first-picture")
+    start = max(event["ts"] for event in trace.named("navigationStart") if event["ts"] < drawn["ts"])
+    painted = min(
+        event["ts"] + event["dur"]
+        for event in trace.named("Commit")
+        if event["pid"] == drawn["pid"] and event["ts"] > drawn["ts"]
+    )
+    tasks = [e for e in trace.named("RunTask") if (e["pid"], e["tid"]) == (drawn["pid"], drawn["tid"])]
+    busy = sum(e.get("tdur", 0) for e in tasks if start <= e["ts"] <= painted)
+    return float(painted - start) / 1e3, float(busy) / 1e3
+
+
+def frames(page: Page, drag: list[tuple[float, float]]) -> list[Time]:
+    """The main thread's task for each frame while the pointer, pressed, goes through these places."""
+    with Trace(page) as trace:
+        page.mouse.move(*drag[0])
+        page.mouse.down()
+        for x, y in drag[1:]:
+            page.mouse.move(x, y)
+            page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        page.mouse.up()
+    tasks = [e for e in trace.named("RunTask") if "dur" in e]
+    drawn = [e for e in trace.named("FireAnimationFrame") if e.get("dur", 0) > 500]  # not the waiting above
     found = []
     for event in drawn:
         around = [
@@ -68,7 +95,9 @@ def frames(page: Page, drag: list[tuple[float, float]]) -> list[float]:
             for t in tasks
             if (t["pid"], t["tid"]) == (event["pid"], event["tid"]) and t["ts"] <= event["ts"] <= t["ts"] + t["dur"]
         ]
-        found += [max(t["dur"] for t in around) / 1e3] if around else []
+        if around:
+            task = max(around, key=lambda t: t["dur"])
+            found.append((task["dur"] / 1e3, task.get("tdur", 0) / 1e3))
     return found
 
 
@@ -87,11 +116,20 @@ def slider(page: Page, moves: int) -> list[tuple[float, float]]:
     return [(box["x"] + box["width"] * (0.5 + 0.1 * k / moves), box["y"] + box["height"] / 2) for k in range(moves)]
 
 
-def said(title: str, values: list[float], goal: float) -> str:
-    ordered = sorted(values)
-    late = ordered[int(0.95 * (len(ordered) - 1))]
-    middle = statistics.median(values)
-    return f"{title}: median {middle:.1f} ms, 95 % {late:.1f} ms, {len(values)} times (goal {goal:g} ms)"
+def said(title: str, runs: list[list[Time]], goal: float) -> str:
+    lines = [f"{title} (goal {goal:g} ms)"]
+    for values in runs:
+        wall, busy = (sorted(each) for each in zip(*values, strict=True))
+        lines.append(
+            f"  median {statistics.median(wall):6.1f} ms, 95 % {wall[int(0.95 * (len(wall) - 1))]:6.1f} ms; "
+            f"with a processor {statistics.median(busy):6.1f} ms; {len(values)} times"
+        )
+    if len(runs) == 2:
+        ratios = [
+            statistics.median(one[k] for one in runs[0]) / statistics.median(one[k] for one in runs[1]) for k in (0, 1)
+        ]
+        lines.append(f"  ratio of the medians {ratios[0]:.2f}; with a processor {ratios[1]:.2f}")
+    return "\n".join(lines)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -99,20 +137,30 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--loads", type=int, default=9, metavar="N", help="how often to load it (9)")
     parser.add_argument("--moves", type=int, default=80, metavar="N", help="moves of a drag (80)")
     parser.add_argument("--page", type=Path, default=PROJECT_ROOT / "build" / PAGE)
+    parser.add_argument("--beside", type=Path, metavar="PAGE", help="another, measured in turn with it")
     chosen = parser.parse_args(arguments)
     program = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         parser.error("no Chromium here: apt-get install chromium, or CHROMIUM=its path")
-    address = chosen.page.resolve().as_uri()
+    addresses = [file.resolve().as_uri() for file in (chosen.page, chosen.beside) if file]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         print(f"Chromium {browser.version}, {machine()}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
-        print(said("load to first picture", loads(browser, address, chosen.loads), 300))
-        page = browser.new_page(reduced_motion="reduce", viewport={"width": 1500, "height": 950})
-        page.goto(address)
-        page.evaluate("window.explorer.ready")
-        print(said("redraw while the crank is dragged", frames(page, crank(page, chosen.moves)), 16))
-        print(said("redraw while a parameter is dragged", frames(page, slider(page, chosen.moves)), 16))
+        loaded: list[list[Time]] = [[] for _ in addresses]
+        for _ in range(chosen.loads):
+            for values, address in zip(loaded, addresses, strict=True):
+                values.append(load(browser, address))
+        print(said("load to first picture", loaded, 300))
+        for title, places in (("the crank", crank), ("a parameter", slider)):
+            redrawn: list[list[Time]] = [[] for _ in addresses]
+            for _ in range(ROUNDS):
+                for k, address in enumerate(addresses):
+                    page = browser.new_page(reduced_motion="reduce", viewport={"width": 1500, "height": 950})
+                    page.goto(address)
+                    page.evaluate("window.explorer.ready")
+                    redrawn[k] += frames(page, places(page, chosen.moves // ROUNDS))
+                    page.close()
+            print(said(f"redraw while {title} is dragged", redrawn, 16))
         browser.close()
     return 0
 
