@@ -1,7 +1,7 @@
 // @ts-check
 // Curves over one turn, with a cursor at the crank's angle.
 
-import { children, put, say, svg, ticks } from "./dom.js";
+import { children, multiples, put, roundStep, say, svg } from "./dom.js";
 import { number, TURN } from "./interface.js";
 
 /** @typedef {{name: string, style: string, values: ArrayLike<number>}} Curve */
@@ -80,8 +80,7 @@ export class Diagram {
         if (values[k] > high) high = values[k];
       }
     if (low === high) high = low + 1;
-    const marks = ticks(low, high, 4);
-    const step = marks[1] - marks[0] || 1;
+    const step = roundStep(low, high, 4);
     const [bottom, top] = [Math.floor(low / step - 1e-9) * step, Math.ceil(high / step - 1e-9) * step];
     if (bottom !== this.low || top !== this.high || angles !== this.angles) this.#scale(bottom, top, step, angles);
     const all = [...variants, ...curves];
@@ -108,7 +107,7 @@ export class Diagram {
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     this.digits = digits + 2;
     this.frame.replaceChildren();
-    for (const value of ticks(this.low, this.high, 4)) {
+    for (const value of multiples(this.low, this.high, step)) {
       const y = this.y(value).toFixed(1);
       this.frame.append(
         svg("path", { d: `M${LEFT} ${y}H${right}`, class: Math.abs(value) < step / 9 ? "axis" : undefined }),

@@ -72,11 +72,15 @@ export function line(x, y) {
   return data;
 }
 
-/** Round steps: about so many between two values. @param {number} low @param {number} high @param {number} count */
-export function ticks(low, high, count) {
+/** A round step: about so many between two values. @param {number} low @param {number} high @param {number} count */
+export function roundStep(low, high, count) {
   const rough = (high - low) / count || 1;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * ([1, 2, 5].find((m) => m * power >= rough) ?? 10);
+  return power * ([1, 2, 5].find((m) => m * power >= rough) ?? 10);
+}
+
+/** The multiples of a step from one value to another. @param {number} low @param {number} high @param {number} step */
+export function multiples(low, high, step) {
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) found.push(k * step);
   return found;

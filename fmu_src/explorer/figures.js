@@ -202,7 +202,7 @@ class Measurer {
     return new Figure(value, () => {
       const { model, design } = this;
       model.take(design);
-      const names = model.knownNames;
+      const { names, angle } = model.knowns;
       const total = new Float64Array(names.length);
       for (const [phi, weights] of parts()) {
         const part = model.gradient(phi, weights);
@@ -210,7 +210,7 @@ class Measurer {
       }
       /** @type {Record<string, number>} */
       const by = { [SPACING]: 0, [DEPTH in design ? DEPTH : LEVEL]: 0 };
-      for (const [k, name] of names.entries()) if (k !== model.angle) by[name] = total[k];
+      for (const [k, name] of names.entries()) if (k !== angle) by[name] = total[k];
       add(by);
       return by;
     });
@@ -218,7 +218,7 @@ class Measurer {
 
   /** Derivative of weighted outputs by the crank's angle. @param {number} phi @param {Record<string, number>} weights */
   slope(phi, weights) {
-    return this.model.gradient(phi, weights)[this.model.angle];
+    return this.model.gradient(phi, weights)[this.model.knowns.angle];
   }
 
   /** What is read at the lowest point, which moves. @param {number} phi @param {number} place @param {string} name @param {number} offset @param {(by: Record<string, number>) => void} [add] */

@@ -18,7 +18,6 @@ export class Fmu {
   /** Last messages by the number of the instance. @type {Map<number, string>} */
   messages = new Map();
   #instances = 0;
-  #floats = new Float64Array(0);
 
   /** @param {WebAssembly.Exports} exports @param {string} token */
   constructor(exports, token) {
@@ -40,12 +39,6 @@ export class Fmu {
     fmu = new Fmu(instance.exports, token);
     fmu.exports._initialize();
     return fmu;
-  }
-
-  /** All numbers of the memory; a new view where the memory has grown. */
-  get floats() {
-    if (this.#floats.buffer !== this.memory.buffer) this.#floats = new Float64Array(this.memory.buffer);
-    return this.#floats;
   }
 
   /** Room in the FMU's memory, for good. @param {number} size in bytes */
@@ -97,19 +90,23 @@ export class Fmu {
 
 /** Value references and room for their values, in the FMU's memory. */
 export class Block {
+  #view;
+
   /** @param {Fmu} fmu @param {readonly number[]} references */
   constructor(fmu, references) {
     this.fmu = fmu;
     this.count = references.length;
     this.references = fmu.allocate(4 * this.count + 8);
     this.values = fmu.allocate(8 * this.count + 8);
+    this.#view = new Float64Array(0);
     new Uint32Array(fmu.memory.buffer, this.references, this.count).set(references);
   }
 
   /** The values as they are now: valid until the memory grows. */
   get view() {
-    const start = this.values / 8;
-    return this.fmu.floats.subarray(start, start + this.count);
+    const { buffer } = this.fmu.memory;
+    if (this.#view.buffer !== buffer) this.#view = new Float64Array(buffer, this.values, this.count);
+    return this.#view;
   }
 }
 

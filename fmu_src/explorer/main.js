@@ -262,6 +262,7 @@ class Explorer {
       ...this.drawings.map(({ width }) => width),
     ];
     if (key.length === this.drawn.length && key.every((part, k) => part === this.drawn[k])) return;
+    const isFirst = this.drawn.length === 0;
     this.drawn = key;
     const visible = variants.filter((one) => one.visible);
     const one = { ...shown, name: "present design", style: "" };
@@ -271,7 +272,7 @@ class Explorer {
     this.#drawCurves(visible);
     this.controls.design(this.history.present);
     clearTimeout(this.resting);
-    if (this.sliding) this.resting = setTimeout(() => this.#rest(), REST);
+    if (this.sliding || isFirst) this.resting = setTimeout(() => this.#rest(), isFirst ? 0 : REST);
     else this.#rest();
     this.#drawFigures();
     this.#drawLegend(visible);
@@ -762,8 +763,8 @@ async function unpacked(text) {
 
 /** What the page is made of besides the FMU. @typedef {ReturnType<typeof parts>} Parts */
 
-/** Made while the browser compiles the FMU; sizes are read first, before anything is put in. @param {Catalogue} catalogue */
-function parts(catalogue) {
+/** The drawings read their sizes, before anything is put into them. @param {Controls} controls */
+function parts(controls) {
   const diagram = (/** @type {keyof typeof DIAGRAMS} */ id) => new Diagram(byId(id), DIAGRAMS[id]);
   const [machine, ground] = [new MachineView(byId("machine"), byId("crank-handle")), new GroundView(byId("ground"))];
   const diagrams = {
@@ -772,7 +773,7 @@ function parts(catalogue) {
     torque: diagram("torque"),
     inertia: diagram("inertia"),
   };
-  return { machine, ground, diagrams, controls: new Controls(byId("controls"), catalogue) };
+  return { machine, ground, diagrams, controls };
 }
 
 async function start() {
@@ -780,8 +781,10 @@ async function start() {
   const kernel = byId("kernel");
   const loading = unpacked(kernel.textContent ?? "").then((bytes) => Fmu.load(bytes, catalogue.model.token));
   kernel.remove();
-  const made = parts(catalogue);
-  const explorer = new Explorer(await loading, catalogue, made);
+  const controls = new Controls(byId("controls"), catalogue); // while the browser compiles the FMU
+  const fmu = await loading;
+  byId("page-design").hidden = false; // until now: or the browser would draw a page without anything in it
+  const explorer = new Explorer(fmu, catalogue, parts(controls));
   explorer.openGiven(byId("given").textContent ?? "");
   explorer.openAddress();
   explorer.draw(performance.now());
@@ -793,6 +796,7 @@ async function start() {
 
 const started = start();
 started.catch((problem) => {
+  byId("page-design").hidden = false;
   byId("notice").hidden = false;
   say(byId("notice-text"), `The page could not start: ${problem.message}`);
 });

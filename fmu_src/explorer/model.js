@@ -20,6 +20,8 @@ import { RATE, SPACING, TURN } from "./interface.js";
  * @property {Gap[]} gaps the poses that cannot be reached; where there are any, outputs are not whole
  */
 
+/** What is differentiated by; angle: the place of crank.phi. @typedef {{names: string[], block: Block, angle: number}} Knowns */
+
 export const SAMPLES = 720;
 const GAP = /dyad (\w+) at crank\.phi = (\S+) rad(?:, where distance \w+ is (\S+) mm too (long|short))?/;
 
@@ -44,16 +46,25 @@ export class Model {
     /** What figures depend on, and what they are differentiated by: parameters, the angle, the rate. */
     this.unknownNames = GRADED.filter((name) => catalogue.variables.has(name));
     this.unknowns = block(this.unknownNames);
-    const all = [...this.parameterNames, "crank.phi", RATE];
-    const isKnown = (/** @type {string[]} */ names) => this.#differentiates(block(names));
-    this.knownNames = isKnown(all) ? all : all.filter((name) => isKnown([name]));
-    this.knowns = block(this.knownNames);
-    this.angle = this.knownNames.indexOf("crank.phi");
+    this.block = block;
+    /** @type {Knowns | undefined} */
+    this.found = undefined;
     /** The design that the FMU has. @type {Design | undefined} */
     this.taken = undefined;
     this.rate = 0;
     this.spacing = 0;
     this.speed = 0;
+  }
+
+  /** By what the FMU has derivatives; asked when they are first wanted. */
+  get knowns() {
+    if (!this.found) {
+      const all = [...this.parameterNames, "crank.phi", RATE];
+      const isKnown = (/** @type {string[]} */ some) => this.#differentiates(this.block(some));
+      const names = isKnown(all) ? all : all.filter((name) => isKnown([name]));
+      this.found = { names, block: this.block(names), angle: names.indexOf("crank.phi") };
+    }
+    return this.found;
   }
 
   /** Whether the FMU has derivatives by all of these variables. @param {Block} knowns */
@@ -139,17 +150,18 @@ export class Model {
   }
 
   /**
-   * The gradient of a weighted sum of outputs at an angle, by `knownNames`.
+   * The gradient of a weighted sum of outputs at an angle, by `knowns.names`.
    * @param {number} phi rad @param {Record<string, number>} weights by output
    * @returns {Float64Array} valid until the next call
    */
   gradient(phi, weights) {
+    const knowns = this.knowns.block;
     this.turnTo(phi);
     const seeds = this.unknowns.view;
     this.unknownNames.forEach((name, k) => {
       seeds[k] = weights[name] ?? 0;
     });
-    return this.instance.adjoint(this.unknowns, this.knowns);
+    return this.instance.adjoint(this.unknowns, knowns);
   }
 }
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import fmpy
 from lxml import etree
-from transplanter_linkage.measures import GEOMETRY, LENGTHS
+from transplanter_linkage.measures import GEOMETRY, LENGTHS, Operation
 
 from scenarios.common import units
 
@@ -26,6 +26,7 @@ PHASE = "theta41"
 SPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureParameterValues.xsd"
+EXPLORER = "transplanter-linkage.explorer"  # the type of the annotation in which it keeps what is no parameter
 PUBLISHED = "published"
 
 
@@ -98,8 +99,16 @@ def read_ssv(path: Path) -> Variant:
     return Variant(path.stem, found)
 
 
-def write_ssv(path: Path, name: str, geometry: Mapping[str, float]) -> None:
-    """A geometry as a parameter set of SSP 1.0, SI units with all digits, checked against the standard's schema."""
+def explored(operation: Operation) -> dict[str, float]:
+    """How the linkage is used, as the explorer names it; SI units."""
+    return {"crank.w": operation.w, "plant.spacing": operation.spacing, "ridge.depth": operation.depth}
+
+
+def write_ssv(path: Path, name: str, geometry: Mapping[str, float], operation: Operation) -> None:
+    """A geometry as a parameter set of SSP 1.0, SI units with all digits, checked against the standard's schema.
+
+    How the linkage is used is no parameter of the FMU: it stands in an annotation, from which the explorer reads it.
+    """
     root = etree.Element(
         f"{{{SPACE}}}ParameterSet", {"version": "1.0", "name": name}, nsmap={"ssv": SPACE, "ssc": COMMON}
     )
@@ -110,6 +119,11 @@ def write_ssv(path: Path, name: str, geometry: Mapping[str, float]) -> None:
     used = etree.SubElement(root, f"{{{SPACE}}}Units")
     for unit in ("m", "rad"):
         etree.SubElement(etree.SubElement(used, f"{{{COMMON}}}Unit", name=unit), f"{{{COMMON}}}BaseUnit", {unit: "1"})
+    annotations = etree.SubElement(root, f"{{{SPACE}}}Annotations")
+    annotation = etree.SubElement(annotations, f"{{{COMMON}}}Annotation", type=EXPLORER)
+    values = etree.SubElement(annotation, "operation")
+    for key, value in explored(operation).items():
+        etree.SubElement(values, "value", name=key).text = repr(float(value))
     etree.XMLSchema(file=str(SCHEMA)).assertValid(root)
     path.write_bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
 

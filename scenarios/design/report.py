@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from transplanter_linkage.measures import MEASURES, Turn
+from transplanter_linkage.measures import MEASURES, Operation, Turn
 
 from scenarios.common import reports, units
 from scenarios.common.beside import label, number
-from scenarios.common.variants import PHASE, PREFIX, unit_of, write_ssv
+from scenarios.common.variants import PHASE, PREFIX, explored, unit_of, write_ssv
 from scenarios.design.problem import DENSE, Outcome, Problem
 from scenarios.design.search import Result, hypervolume
 from scenarios.design.tolerances import Spread
@@ -193,12 +194,10 @@ def sentences(found: Findings) -> list[str]:
     return [*said, MODEL]
 
 
-def fragment(found: Findings) -> str:
-    """What differs from the published design, as it stands behind the # of the explorer's address: SI units."""
-    nominal = found.problem.source.nominal
-    values = {PREFIX + name: value for name, value in found.geometry.items() if value != nominal[name]}
-    if found.turn.operation.spacing != found.published.operation.spacing:
-        values["plant.spacing"] = found.turn.operation.spacing
+def fragment(nominal: Mapping[str, float], geometry: Mapping[str, float], operation: Operation) -> str:
+    """What differs from the published design, and how it is used, as behind the explorer's #: in SI units."""
+    values = {PREFIX + name: value for name, value in geometry.items() if value != nominal[name]}
+    values |= explored(operation)
     return "&".join(f"{name}={value!r}" for name, value in values.items())
 
 
@@ -244,7 +243,8 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         "",
         (
             "`design.ssv`: the geometry as a parameter set (SSP 1.0) for any FMI host, for "
-            "`python -m scenarios.paper_cycle --ssv design.ssv`, and so for the spacing and the row; `design.json`: "
+            "`python -m scenarios.paper_cycle --ssv design.ssv`, and so for the spacing and the row; "
+            "`linkage-fmu explore design.ssv` opens it in the explorer, in the operation above; `design.json`: "
             "the same with all figures, in SI units" + ("; `front.csv` and `point_*.ssv`: the front." if names else ".")
         ),
         "",
@@ -258,10 +258,10 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         "measures": {key: None if math.isnan(value) else value for key, value in found.turn.measure().items()},
         "published": {key: None if math.isnan(value) else value for key, value in found.published.measure().items()},
         "feasible": found.best.is_feasible,
-        "fragment": fragment(found),
+        "fragment": fragment(nominal, found.geometry, operation),
     }
     as_json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    write_ssv(ssv, study.name, found.geometry)
+    write_ssv(ssv, study.name, found.geometry, operation)
     written = [report, as_json, ssv, *(output / name for name in pictures)]
     if names:
         written.append(output / "front.csv")
@@ -276,5 +276,6 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         )
         for k, each in enumerate(found.result.front, start=1):
             written.append(output / f"point_{k:02d}.ssv")
-            write_ssv(written[-1], f"{study.name} {k}", each.design.variant("", nominal).geometry(nominal))
+            geometry = each.design.variant("", nominal).geometry(nominal)
+            write_ssv(written[-1], f"{study.name} {k}", geometry, found.problem.operation(each.design))
     return written

@@ -87,13 +87,14 @@ def designs(options: argparse.Namespace, console: Console) -> list[Path]:
     options.output = options.output / "designs" if options.output == OUTPUT else options.output
     with FmuSource(options.fmu) as source:
         options.output.mkdir(parents=True, exist_ok=True)
-        found = beside.turns(source, chosen, Operation(depth=source.published_depth()))
+        operation = Operation(depth=source.published_depth())
+        found = beside.turns(source, chosen, operation)
         reports.show_table(console, "Designs beside one another", *beside.table(found))
         written = beside.write(options.output, source, chosen, found)
         for name, geometry in beside.geometries_of(source, chosen).items():
             if name != variants.PUBLISHED:
                 written.append(options.output / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}.ssv")
-                variants.write_ssv(written[-1], name, geometry)
+                variants.write_ssv(written[-1], name, geometry, operation)
     return written
 
 

@@ -99,7 +99,7 @@ def test_what_is_no_quantity(written, said):
 
 def test_a_parameter_set_comes_back_to_the_bit(tmp_path):
     geometry = {name: getattr(Geometry(L1=0.1 / 3), name) for name in GEOMETRY}
-    variants.write_ssv(tmp_path / "a.ssv", "a", geometry)
+    variants.write_ssv(tmp_path / "a.ssv", "a", geometry, Operation())
     assert variants.read_ssv(tmp_path / "a.ssv").changes == geometry
     text = (tmp_path / "a.ssv").read_text().replace(f'value="{0.1 / 3!r}" unit="m"', 'value="40" unit="mm"')
     (tmp_path / "b.ssv").write_text(text.replace('name="geometry.L1"', 'name="linkage.geometry.L1"'))
@@ -246,6 +246,10 @@ def test_the_report(read, tmp_path, capsys, fmu_files):
     kept = json.loads((output / "design.json").read_text())
     assert kept["feasible"] and set(kept["measures"]) == set(MEASURES)
     geometry = variants.read_ssv(output / "design.ssv").changes
+    for name, value in (("w", "crank.w"), ("spacing", "plant.spacing"), ("depth", "ridge.depth")):
+        said = f"{kept['operation'][name]!r}"
+        assert f'<value name="{value}">{said}</value>' in (output / "design.ssv").read_text()
+        assert f"{value}={said}" in kept["fragment"].split("&")
     assert geometry == kept["geometry"]
     operation = Operation(**kept["operation"])
     fresh = Turn(Kinematics(Geometry(**geometry)), operation)
