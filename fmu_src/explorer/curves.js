@@ -81,7 +81,7 @@ export class Diagram {
       }
     if (low === high) high = low + 1;
     const step = roundStep(low, high, 4);
-    const [bottom, top] = [Math.floor(low / step - 1e-9) * step, Math.ceil(high / step - 1e-9) * step];
+    const [bottom, top] = [Math.floor(low / step + 1e-9) * step, Math.ceil(high / step - 1e-9) * step];
     if (bottom !== this.low || top !== this.high || angles !== this.angles) this.#scale(bottom, top, step, angles);
     const all = [...variants, ...curves];
     const paths = children(this.curves, all.length, () => svg("path", {}, svg("title")));

@@ -71,7 +71,7 @@ class Explorer {
     this.diagrams = parts.diagrams;
     /** The second page, once it is open. @type {CouplingPage | undefined} */
     this.coupling = undefined;
-    for (const kind of KINDS) byId("goal").append(html("option", { value: kind.key }, kind.title));
+    for (const kind of KINDS) byId("goal").append(html("option", { value: kind.key }, headed(kind)));
     this.#buildPresets();
     this.#listen();
     say(byId("printed"), catalogue.published.notes.figures);
@@ -219,7 +219,10 @@ class Explorer {
   watchSizes() {
     const observer = new ResizeObserver((entries) => {
       for (const { target, contentRect } of entries)
-        if (contentRect.width > 0 && this.drawings.find(({ root }) => root === target)?.resize(contentRect.width))
+        if (
+          contentRect.width > 0 &&
+          this.drawings.find(({ root }) => root === target)?.resize(contentRect.width, contentRect.height)
+        )
           this.schedule();
     });
     for (const { root } of this.drawings) observer.observe(root);
@@ -259,7 +262,7 @@ class Explorer {
       this.goal,
       ...variants.flatMap((v) => [v, v.visible, v.name]),
       this.postures,
-      ...this.drawings.map(({ width }) => width),
+      ...this.drawings.flatMap(({ width, height }) => [width, height]),
     ];
     if (key.length === this.drawn.length && key.every((part, k) => part === this.drawn[k])) return;
     const isFirst = this.drawn.length === 0;
@@ -348,7 +351,6 @@ class Explorer {
   #drawGoal() {
     const aim = Number(/** @type {HTMLSelectElement} */ (byId("aim")).value);
     this.controls.slopes(this.goal, this.problem ? undefined : this.shown.figures[this.goal.key], aim);
-    say(byId("goal-unit"), this.goal.display ? ` in ${this.goal.display}` : "");
   }
 
   /** The figures beside the published ones; rows are made anew only where there are others. */

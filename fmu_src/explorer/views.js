@@ -58,18 +58,27 @@ class View {
     this.soil.append(this.surface, this.edge, this.named);
     /** Height of letters in mm, so that they are read at any size. */
     this.letter = 10;
-    /** Pixels. */
+    /** Pixels; a drawing may be less wide than its room where its height is limited. */
     this.width = root.clientWidth;
+    this.height = Number.POSITIVE_INFINITY;
     /** @type {Box} */
     this.box = { left: 0, right: 0, top: 0, bottom: 0 };
   }
 
-  /** The window has another size. @param {number} width pixels @returns {boolean} whether all is to be drawn anew */
-  resize(width) {
-    if (Math.abs(width - this.width) < 1) return false;
+  /** The window has another size. @param {number} width pixels @param {number} height @returns {boolean} whether all is to be drawn anew */
+  resize(width, height) {
+    const scale = this.scale();
     this.width = width;
+    this.height = height;
+    if (Math.abs(this.scale() / scale - 1) < 0.01) return false;
     this.box = { left: 0, right: 0, top: 0, bottom: 0 };
     return true;
+  }
+
+  /** Pixels a mm. */
+  scale() {
+    const { left, right, top, bottom } = this.box;
+    return Math.min(Math.max(this.width, 240) / (right - left), this.height / (top - bottom));
   }
 
   /** Take a frame, widened to 50 mm, unless the present one still fits well. @param {Box} need */
@@ -88,7 +97,7 @@ class View {
     };
     const { left, right, top, bottom } = this.box;
     put(this.root, { viewBox: `${left} ${-top} ${right - left} ${top - bottom}` });
-    this.letter = (12.5 * (right - left)) / Math.max(this.width, 240);
+    this.letter = 12.5 / this.scale();
     this.root.style.fontSize = `${this.letter}px`;
     this.grid.replaceChildren();
     for (let x = Math.ceil(left / 100) * 100; x <= right; x += 100) {
