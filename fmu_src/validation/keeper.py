@@ -20,6 +20,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -53,22 +54,22 @@ def reap(command: int, control: socket.socket) -> None:
                     control.sendall(b"ended %d\n" % os.waitstatus_to_exitcode(status))
 
 
-def below() -> set[psutil.Process]:
-    """What runs below this process."""
+def below(pid: int) -> set[psutil.Process]:
+    """What runs below a process."""
     found = set()
-    for process in psutil.Process().children(recursive=True):
-        with suppress(psutil.Error):
-            if process.status() != psutil.STATUS_ZOMBIE:
-                found.add(process)
+    with suppress(psutil.Error):
+        for process in psutil.Process(pid).children(recursive=True):
+            with suppress(psutil.Error):
+                if process.status() != psutil.STATUS_ZOMBIE:
+                    found.add(process)
     return found
 
 
-def end_all(command: int) -> int:
-    """Kill what is below this process; how many beside the command there were."""
+def end_all(find: Callable[[], set[psutil.Process]]) -> None:
+    """Kill what is found, again and again until nothing is."""
     stopped: set[psutil.Process] = set()
-    left = sum(1 for process in below() if process.pid != command)
     deadline = time.monotonic() + GIVING_UP
-    while (living := below()) and time.monotonic() < deadline:
+    while (living := find()) and time.monotonic() < deadline:
         number = signal.SIGKILL if living <= stopped else signal.SIGSTOP  # first none can start another
         for process in living if number == signal.SIGKILL else living - stopped:
             with suppress(psutil.Error):
@@ -76,10 +77,6 @@ def end_all(command: int) -> int:
         if number == signal.SIGKILL:
             time.sleep(0.01)
         stopped |= living
-    if not IS_LINUX:
-        with suppress(OSError):
-            os.killpg(command, signal.SIGKILL)
-    return left
 
 
 def main(control_number: str, *command: str) -> None:
@@ -94,7 +91,11 @@ def main(control_number: str, *command: str) -> None:
     with suppress(OSError):
         while control.recv(64):
             pass
-    left = end_all(process.pid)
+    left = sum(1 for each in below(os.getpid()) if each.pid != process.pid)
+    end_all(lambda: below(os.getpid()))
+    if not IS_LINUX:
+        with suppress(OSError):
+            os.killpg(process.pid, signal.SIGKILL)
     with suppress(OSError):
         control.sendall(b"left %d\n" % left)
     os._exit(0)

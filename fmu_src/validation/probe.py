@@ -17,6 +17,7 @@ import gc
 import json
 import math
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterable
@@ -917,6 +918,7 @@ def main(trace_file: str) -> None:
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)  # what an FMU reads is no job
     os.close(nothing)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # what an FMU sends itself ends it, by that name
     with Path(trace_file).open("w") as trace:
         faulthandler.enable(trace)
         print("ready", file=answers, flush=True)

@@ -37,6 +37,7 @@ KILLING = 15.0  # s for keeper.py to end everything
 STARTING = 120.0  # s for Python to start and to import, on a machine that has much else to do
 SOON = 0.3  # s after the end of a process for what it has written last
 WATCHING = 0.25  # s between two looks at the memory
+MARK = "LINKAGE_FMU_PROBE"  # in the environment of an FMU's processes: which probe's they are
 FORGED = "the FMU wrote into the pipe for answers to its host"
 PRINTED = 4096  # bytes kept of what was printed last
 ANSWER = 1 << 30  # bytes of an answer, at most
@@ -65,6 +66,7 @@ class Probe:
 
     def __init__(self, folder: Path, limit: float, memory: float = math.inf, until: float = math.inf) -> None:
         self.limit, self.memory, self.until = limit, memory, until
+        self._mark = uuid.uuid4().hex
         self.outlived = 0  # processes that an FMU started and that ran on when the probe had ended
         self._folder, self._trace = folder, folder / "trace"
         self._process: subprocess.Popen[bytes] | None = None
@@ -80,7 +82,7 @@ class Probe:
         self._events: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()  # a line's bytes, an exit status
         self._jobs: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         command = [sys.executable, str(PROBE), str(self._trace)]
-        environment = os.environ | {name: str(work) for name in ("TMPDIR", "TMP", "TEMP")}
+        environment = os.environ | {name: str(work) for name in ("TMPDIR", "TMP", "TEMP")} | {MARK: self._mark}
         pipes: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
         if IS_WINDOWS:
             self._process = subprocess.Popen(
@@ -151,7 +153,7 @@ class Probe:
                     self._events.put(("ended", status))  # an answer, and then the end: that is for the next job
                 try:
                     return None if take(value) else FORGED
-                except (ValueError, TypeError):
+                except (ValueError, TypeError, RecursionError):
                     return FORGED
             if event == "ended":
                 status = value
@@ -183,16 +185,17 @@ class Probe:
         return printable(lines[-1][-200:]) if lines else ""
 
     def _memory(self) -> int:
-        """Bytes that the process and all below it hold."""
-        held = 0
+        """Bytes that the process and all below it hold; where that is too much, what they share counts once."""
         if self._process is None:
-            return held
+            return 0
+        processes = []
         with contextlib.suppress(psutil.Error):
             process = psutil.Process(self._process.pid)
-            for each in (process, *process.children(recursive=True)):
-                with contextlib.suppress(psutil.Error):
-                    held += each.memory_info().rss
-        return held
+            processes = [process, *process.children(recursive=True)]
+        held = total(processes, lambda each: each.memory_info().rss)
+        if held <= self.memory:
+            return held
+        return total(processes, lambda each: getattr(each.memory_full_info(), "pss", each.memory_info().rss))
 
     def close(self) -> None:
         """Let the process end by itself, with what it has loaded, and then end all that is left."""
@@ -221,11 +224,16 @@ class Probe:
         else:
             with contextlib.suppress(OSError):  # it is gone already
                 self._control.shutdown(socket.SHUT_WR)
-        try:
-            process.wait(KILLING)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        deadline = time.monotonic() + KILLING
+        while process.poll() is None and time.monotonic() < deadline and not is_stopped(process.pid):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(WATCHING)
+        if self._control is not None and process.returncode != 0:  # the FMU has stopped or killed keeper.py
+            from .keeper import below, end_all
+
+            end_all(lambda: below(process.pid) | marked(self._mark))
+        process.kill()
+        process.wait()
         self._jobs.put(None)
         for thread in self._threads:
             thread.join(GRACE)
@@ -287,6 +295,22 @@ class Probe:
         self._events.put(("ended", status))
 
 
+def is_stopped(pid: int) -> bool:
+    with contextlib.suppress(psutil.Error):
+        return bool(psutil.Process(pid).status() == psutil.STATUS_STOPPED)
+    return False
+
+
+def marked(mark: str) -> set[psutil.Process]:
+    """Processes of an FMU, wherever they have gone."""
+    found = set()
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error, OSError):
+            if process.environ().get(MARK) == mark and process.status() != psutil.STATUS_ZOMBIE:
+                found.add(process)
+    return found
+
+
 def opened(pipe: IO[bytes] | None) -> IO[bytes]:
     assert pipe is not None  # every process here has all three
     return pipe
@@ -306,6 +330,14 @@ def signal_name(number: int) -> str:
         return signal.Signals(number).name
     except ValueError:
         return f"signal {number}"
+
+
+def total(processes: list[psutil.Process], size: Callable[[psutil.Process], int]) -> int:
+    held = 0
+    for each in processes:
+        with contextlib.suppress(psutil.Error):
+            held += size(each)
+    return held
 
 
 def gib(size: float) -> str:

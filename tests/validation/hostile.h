@@ -67,6 +67,22 @@ static void litter(void) {
     chmod(path, 0);
 }
 
+static void go_deeper(void) {
+    static int depth;
+    for (; depth < 1100; depth++)
+        if (mkdir("folder", 0700) || chdir("folder"))
+            return;
+}
+
+static void answer_in_brackets(void) {
+    static char brackets[100000];
+    memset(brackets, '[', sizeof brackets - 1);
+    brackets[sizeof brackets - 1] = '\n';
+    for (int file = 3; file < 32; file++)
+        if (write(file, brackets, sizeof brackets) < 0)
+            continue;
+}
+
 static void misbehave(const char *how) {
 #define IS(name) (strcmp(how, name) == 0)
     if (IS("prints"))
@@ -134,6 +150,12 @@ static void misbehave(const char *how) {
         kill(getppid(), SIGKILL), linger();
     if (IS("kills-parent-stops"))
         kill(getppid(), SIGKILL), raise(SIGSTOP);
+    if (IS("kills-parent-daemon"))
+        leave_daemon(), usleep(50000), kill(getppid(), SIGKILL), linger();
+    if (IS("stops-parent"))
+        leave_daemon(), usleep(50000), kill(getppid(), SIGSTOP), linger();
+    if (IS("interrupts"))
+        raise(SIGINT);
     if (IS("reads"))
         while (getchar() != EOF)
             ;
@@ -141,6 +163,10 @@ static void misbehave(const char *how) {
         for (int file = 3; file < 32; file++)
             if (write(file, "{\"answer\": 1}\nnone\n", 19) < 0)
                 continue;
+    if (IS("answers-brackets"))
+        answer_in_brackets();
+    if (IS("deepens"))
+        go_deeper();
     if (IS("litters"))
         litter();
 }

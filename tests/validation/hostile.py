@@ -45,9 +45,14 @@ SAID = {
     "allocates": "of memory: more than the 0.5 GiB that it may",
     "kills-parent": "died of SIGKILL",
     "kills-parent-stops": "died of SIGKILL",
+    "kills-parent-daemon": "died of SIGKILL",
+    "stops-parent": "no answer within",
+    "interrupts": "died of SIGINT",
     "reads": "",
     "answers": "wrote into the pipe for answers",
+    "answers-brackets": "wrote into the pipe for answers",
     "litters": "",
+    "deepens": "",
 }
 
 
