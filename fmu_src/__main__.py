@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+from pathlib import Path
 
 
 def main() -> int:
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed by the caller: what is opened next would be taken for it
+            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115 as long as the process is
+    handler = signal.getsignal(signal.SIGINT)
+    if handler is signal.default_int_handler:  # some packages abort where an exception ends their loading
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         from .cli import main as command
 
+        signal.signal(signal.SIGINT, handler)
         return command()
     except (
         ImportError

@@ -25,12 +25,12 @@ from .process import OutOfTime
 from .subject import (
     CO_SIMULATION,
     MODEL_EXCHANGE,
-    UNREADABLE,
     Advice,
     Consequence,
     NotApplicable,
     NotJudged,
     Subject,
+    is_of_the_machine,
     limits_of,
     number,
 )
@@ -96,10 +96,12 @@ def archive(fmu: Subject) -> Iterator[str]:
                     break
             if "modelDescription.xml" not in names:
                 yield "modelDescription.xml is missing at the top"
-    except OutOfTime:  # a RuntimeError, as some of zipfile's
+    except OutOfTime:
         raise
-    except UNREADABLE as problem:
-        yield f"no readable ZIP archive: {problem}"
+    except Exception as problem:  # zipfile on what it was not made for: whatever it raises, the archive is to blame
+        if is_of_the_machine(problem):
+            raise
+        yield f"no readable ZIP archive: {str(problem) or type(problem).__name__}"
         return
     try:
         fmu.folder  # noqa: B018 unpacks it
@@ -115,7 +117,11 @@ def is_damaged(fmu: Subject, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -
             fmu.be_on_time()
             while file.read(1 << 20):
                 fmu.be_on_time()
-    except zipfile.BadZipFile:
+    except RuntimeError:  # a method or a password that zipfile does not have; there is no time
+        raise
+    except Exception as problem:  # each method of packing has its own
+        if is_of_the_machine(problem):
+            raise
         return True
     return False
 
@@ -128,6 +134,10 @@ def entry_problems(entry: zipfile.ZipInfo) -> Iterator[str]:
         yield Advice("has a name that is not ASCII: some hosts unpack it under another one")
     if name.startswith("/") or re.match(r"[A-Za-z]:", name) or ".." in re.split(r"[/\\]", name):
         yield "leads out of the folder that the FMU is unpacked to"
+    elif not name:
+        yield "is no name"
+    elif NOT_ON_WINDOWS.search(name):
+        yield Advice("is a name that no file on Windows can have")
     if stat.S_ISLNK(entry.external_attr >> 16):
         yield "is a symbolic link"
     if entry.flag_bits & ENCRYPTED:
@@ -140,16 +150,24 @@ def entry_problems(entry: zipfile.ZipInfo) -> Iterator[str]:
         yield f"needs version {entry.extract_version / 10} of ZIP to unpack: FMI demands 2.0 at most"
 
 
-CRYPTIC = re.compile(r"-?\d+|list index out of range")  # what fmpy says of what `dangling` names
+NOT_ON_WINDOWS = re.compile(
+    r'[\x00-\x1f<>:"|?*]|[. ](/|$)|(^|/)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\.[^/]*)?(/|$)', re.IGNORECASE
+)
+# What fmpy says of what `dangling` names
+CRYPTIC = re.compile(r"-?\d+|list index out of range|'NoneType' object has no attribute 'startswith'")
 
 
 def dangling(folder: Path) -> Iterator[str]:
-    """References in the description to variables that there are not."""
+    """No description at all; references in it to variables that there are not."""
     try:
         root = etree.parse(str(folder / "modelDescription.xml")).getroot()
     except (OSError, etree.XMLSyntaxError):
         return  # fmpy says so
-    is_fmi2 = (root.get("fmiVersion") or "").startswith("2")
+    edition = root.get("fmiVersion")
+    if root.tag != "fmiModelDescription" or edition is None:
+        yield f"its root element is {str(root.tag)[:40]}: not fmiModelDescription with an fmiVersion"
+        return
+    is_fmi2 = edition.startswith("2")
     there = root.findall("ModelVariables/*")
     known = (
         {str(index) for index in range(1, len(there) + 1)} if is_fmi2 else {one.get("valueReference") for one in there}
@@ -317,7 +335,10 @@ def dead_links(fmu: Subject) -> Iterator[str]:
     """Relative links in the documentation that lead nowhere."""
     for name in sorted(fmu.files):
         if name.startswith("documentation/") and name.endswith((".html", ".htm")):
-            page: Any = html.document_fromstring((fmu.folder / name).read_bytes() or b"<html/>")
+            try:
+                page: Any = html.document_fromstring(fmu.read(name))
+            except etree.ParserError:  # no element in it, and so no link
+                continue
             for _, attribute, link, _ in page.iterlinks():
                 parts = urlsplit(link.strip())
                 if parts.scheme or parts.netloc or not parts.path or attribute == "xmlns":
@@ -331,7 +352,7 @@ def manifest_problems(fmu: Subject, name: str) -> Iterator[str]:
     """A layered standard's manifest: its own name, the files that it lists and their checksums."""
     folder = posixpath.dirname(name)
     try:
-        root = etree.fromstring((fmu.folder / name).read_bytes())
+        root = etree.fromstring(fmu.read(name))
     except etree.XMLSyntaxError as problem:
         yield f"{name}: {problem}"
         return
@@ -349,9 +370,16 @@ def manifest_problems(fmu: Subject, name: str) -> Iterator[str]:
         for given in related.iter():  # attributes of it in newer versions of FMI-LS-REF, before of an annotation
             if wanted := given.get("checksum"):
                 algorithm = (given.get("checksumType") or "SHA3-256").lower().replace("sha-", "sha").replace("-", "_")
-                found = hashlib.new(algorithm, (fmu.folder / target).read_bytes()).hexdigest()
-                if found != wanted.lower():
+                if digest(fmu.folder / target, algorithm) != wanted.lower():
                     yield f"{name}: {source} has changed: its {given.get('checksumType') or 'SHA3-256'} is another"
+
+
+def digest(path: Path, algorithm: str) -> str:
+    found = hashlib.new(algorithm)
+    with path.open("rb") as file:
+        while chunk := file.read(1 << 20):
+            found.update(chunk)
+    return found.hexdigest()
 
 
 def terminals(fmu: Subject) -> Iterator[str]:
@@ -361,7 +389,7 @@ def terminals(fmu: Subject) -> Iterator[str]:
     if name is None:
         raise NotApplicable("it has no terminalsAndIcons.xml")
     try:
-        root = etree.fromstring((fmu.folder / name).read_bytes())
+        root = etree.fromstring(fmu.read(name))
     except etree.XMLSyntaxError as problem:
         yield f"{name}: {problem}"
         return

@@ -99,7 +99,7 @@ def junit(judged: list[Judged]) -> bytes:
     xml = JUnitXml("linkage-fmu validate")
     for one in judged:
         suite = TestSuite(one.name)
-        class_ = printable(str(one.path.with_suffix("")))
+        class_ = printable(str(one.path.with_suffix("") if one.path.name else one.path))
         for result in one.results:
             case = TestCase(result.title, classname=class_, time=round(result.seconds, 3))
             if result.problems:

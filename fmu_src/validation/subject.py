@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import errno
 import math
-import os
 import shutil
+import subprocess
 import tempfile
 import time
 import uuid
 import zipfile
-import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,19 +21,19 @@ import fmpy
 from fmpy.model_description import ModelDescription, ModelVariable
 from lxml import etree
 
-from .process import OutOfTime, Probe
+from .process import IS_WINDOWS, OutOfTime, Probe
 
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
 STEPS = 100  # of a run, at most
 WATCHED = 500  # variables, at most
-LARGEST_DESCRIPTION = 256 << 20  # bytes of XML, which take ten times as many in memory
-UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError)  # of zipfile
+LARGEST = 256 << 20  # bytes of XML or HTML, which take ten times as many in memory
+DEEPEST = 100  # folders in folders of an archive
 EXCITATION = 0.01  # of an input, relative to its nominal value
 
 
 # The machine's fault and not the archive's, where a file cannot be written.
 OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM,
-                  errno.EACCES, errno.EPERM}  # fmt: skip
+                  errno.EACCES, errno.EPERM, errno.EFBIG}  # fmt: skip
 
 
 Otherwise = TypeVar("Otherwise")
@@ -95,13 +95,11 @@ class Subject:
         """End the processes and delete the folder."""
         for probe in (self.probe, self.other_probe):
             probe.remove()
-        shutil.rmtree(self._place, ignore_errors=True)
-        if self._place.exists():  # what the FMU has made there may not be deletable as it is
-            for folder, inside, _ in os.walk(self._place):
-                for path in (Path(folder, name) for name in inside):
-                    if not path.is_symlink():
-                        path.chmod(0o700)
+        with suppress(RecursionError):
             shutil.rmtree(self._place, ignore_errors=True)
+        if self._place.exists() and not IS_WINDOWS:  # the FMU has locked it, or made folders in folders without end
+            for command in (["chmod", "-R", "u+rwx"], ["rm", "-rf"]):
+                subprocess.run([*command, "--", self._place], stderr=subprocess.DEVNULL, check=False)
 
     def be_on_time(self) -> None:
         """Raises OutOfTime."""
@@ -116,27 +114,28 @@ class Subject:
         where the machine is to blame.
         """
         place = self._place / "fmu"
+        name = ""
         try:
             with zipfile.ZipFile(self.path) as archive:
                 entries = archive.infolist()
                 if excess := self.excess(entries):
                     raise Consequence(f"{excess}: it is not unpacked")
                 for entry in entries:
-                    if entry.filename == "modelDescription.xml" and entry.file_size > LARGEST_DESCRIPTION:
-                        size = entry.file_size / (1 << 20)
-                        raise NotJudged(f"modelDescription.xml has {size:.0f} MiB; above "
-                                        f"{LARGEST_DESCRIPTION / (1 << 20):.0f} MiB it is not read here")  # fmt: skip
+                    if entry.filename == "modelDescription.xml":
+                        require_size(entry.filename, entry.file_size)
                 for entry in entries:
                     self.be_on_time()
+                    name = entry.orig_filename
+                    if name.count("/") > DEEPEST:
+                        raise Consequence(f"{short(name)} lies more than {DEEPEST} folders deep: it is not unpacked")
                     archive.extract(entry, place)
-        except OutOfTime:  # a RuntimeError, as some of zipfile's
+        except (OutOfTime, NotApplicable):
             raise
-        except UNREADABLE:
-            raise Consequence("the archive cannot be read") from None
-        except OSError as problem:  # names that no file can have, a file where a folder should be
-            if problem.errno in OF_THE_MACHINE:
+        except Exception as problem:  # names that no file can have, a file where a folder should be, damage of any kind
+            if is_of_the_machine(problem):
                 raise
-            raise Consequence(f"the archive cannot be unpacked: {problem.strerror}") from None
+            reason = (problem.strerror if isinstance(problem, OSError) else None) or str(problem)
+            raise Consequence(f"the archive cannot be unpacked: {short(name)}: {reason}") from None
         place.mkdir(parents=True, exist_ok=True)
         return place
 
@@ -154,6 +153,12 @@ class Subject:
     def files(self) -> set[str]:
         """Names of the unpacked files, parts separated by "/"."""
         return {file.relative_to(self.folder).as_posix() for file in self.folder.rglob("*") if file.is_file()}
+
+    def read(self, name: str) -> bytes:
+        """A file that is to be parsed."""
+        path = self.folder / name
+        require_size(name, path.stat().st_size)
+        return path.read_bytes()
 
     @cached_property
     def description(self) -> ModelDescription:
@@ -263,6 +268,23 @@ class Subject:
         if key not in self._answers:
             self._answers[key] = make()
         return self._answers[key]
+
+
+def require_size(name: str, size: int) -> None:
+    """Raises NotJudged for what would fill the memory."""
+    if size > LARGEST:
+        mib = 1 << 20
+        raise NotJudged(f"{name} has {size / mib:.0f} MiB; above {LARGEST / mib:.0f} MiB it is not read here")
+
+
+def is_of_the_machine(problem: Exception) -> bool:
+    return isinstance(problem, OSError) and problem.errno in OF_THE_MACHINE
+
+
+def short(name: str) -> str:
+    """A foreign name as it can be shown: quoted, and not longer than a line."""
+    shown = repr(name)
+    return shown if len(shown) <= 60 else f"{shown[:40]}…{shown[-19:]}"
 
 
 def number(text: str | None, otherwise: Otherwise) -> float | Otherwise:

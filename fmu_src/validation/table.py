@@ -14,13 +14,13 @@ from .process import BrokenInstallation, OutOfTime, ProbeError
 from .subject import (
     CO_SIMULATION,
     MODEL_EXCHANGE,
-    OF_THE_MACHINE,
     Advice,
     Consequence,
     NotApplicable,
     NotJudged,
     Options,
     Subject,
+    is_of_the_machine,
 )  # fmt: skip
 from .text import printable
 
@@ -148,6 +148,10 @@ def validate(path: Path, options: Options, begun: Callable[[str], None] = lambda
                 results.append(result)
     finally:
         fmu.remove()
+    if not any(result.problems or result.unjudged for result in results):
+        for result in results:
+            if result.is_consequence:  # of what a check would have said that was left out
+                result.unjudged = result.skipped
     return results
 
 
@@ -202,7 +206,7 @@ def put_through(fmu: Subject, result: Result, before: list[Result]) -> None:
     except BrokenInstallation:
         raise
     except Exception as problem:  # fmpy and the XML libraries on what they were not made for: a finding as well
-        if isinstance(problem, OSError) and problem.errno in OF_THE_MACHINE:
+        if is_of_the_machine(problem):
             raise
         result.problems.append(printable(f"this check stopped: {type(problem).__name__}: {problem}"))
     result.seconds = time.perf_counter() - begin

@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -215,22 +216,23 @@ def test_two_at_once(tmp_path, temporary):
 # ---- the machine ---------------------------------------------------------------------------------
 
 
-def test_full_disk(tmp_path, temporary, capsys, monkeypatch):
-    """There is room for one of two."""
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EFBIG, errno.EMFILE])
+def test_full_disk(tmp_path, temporary, capsys, monkeypatch, number):
+    """There is room for one of two. A limit is no fault of the FMU either."""
     first, second = whole(tmp_path / "First.fmu"), whole(tmp_path / "Second.fmu")
     extract, calls = zipfile.ZipFile.extract, []
 
     def once_full(archive, entry, place):
         calls.append(entry)
         if len(calls) == 1:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(place))
+            raise OSError(number, os.strerror(number), str(place))
         return extract(archive, entry, place)
 
     monkeypatch.setattr(zipfile.ZipFile, "extract", once_full)
     report = tmp_path / "fmu.xml"
     assert main(["validate", str(first), str(second), "--junit", str(report), *ALONE]) == 2
     captured = capsys.readouterr()
-    assert "First.fmu: No space left on device" in captured.err and "6 passed" in captured.out
+    assert f"First.fmu: {os.strerror(number)}" in captured.err and "6 passed" in captured.out
     lost, good = JUnitXml.fromfile(str(report))
     assert (lost.errors, lost.tests, good.errors) == (1, 1, 0)
     assert_nothing_left(temporary)
@@ -301,6 +303,23 @@ def test_odd_file_names(tmp_path, temporary):
     assert [fmu["path"] for fmu in json.loads(results.read_text())["fmus"]] == suites
 
 
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_streams(tmp_path, temporary, closed):
+    """As some schedulers start commands."""
+    paths, report = [whole(tmp_path / name) for name in ("First.fmu", "Second.fmu")], tmp_path / "fmu.xml"
+    command = shlex.join(map(str, [COMMAND, "validate", *paths, "--junit", report, *ALONE]))
+    done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "6 passed" in done.stdout or ">&-" in closed.split()
+    assert [(suite.tests > 6, suite.errors) for suite in JUnitXml.fromfile(str(report))] == [(True, 0)] * 2
+
+
+@pytest.mark.parametrize("path", ["", ".", "..", "/"])
+def test_a_folder_is_no_fmu(temporary, capsys, path):
+    assert main(["validate", path]) == 2
+    assert f"{Path(path)}: Is a directory" in capsys.readouterr().err
+
+
 def test_broken_installation(tmp_path, temporary, capsys, monkeypatch):
     """The FMU is not to blame."""
     broken = tmp_path / "probe.py"
@@ -327,6 +346,43 @@ def test_many_entries(tmp_path, temporary):
     (result,) = (result for result in validate(path, Options(skip=skip, entries=3001)) if result.outcome != SKIPPED)
     assert result.problems == ["it has 3002 entries, 3001 are allowed (--entries)"]
     assert_nothing_left(temporary)
+
+
+def with_entry(path: Path, name: str) -> Path:
+    """With one more entry, of whatever name."""
+    with zipfile.ZipFile(whole(path), "a") as archive:
+        info = zipfile.ZipInfo("placeholder")
+        info.filename = info.orig_filename = name
+        archive.writestr(info, b"x")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [("", "'' is no name"),
+     ("resources/" + 200 * "n/" + "x", "more than 100 folders deep"),
+     ("resources/" + 300 * "n", "File name too long"),
+     ("modelDescription.xml/x", "cannot be unpacked: 'modelDescription.xml/x': ")],
+)  # fmt: skip
+def test_names_that_no_file_can_have(tmp_path, temporary, capsys, name, says):
+    """The entry is named, and the other FMU is judged."""
+    paths = [with_entry(tmp_path / "Odd.fmu", name), whole(tmp_path / "Whole.fmu")]
+    assert main(["validate", *map(str, paths), *ALONE[2:]]) == 1  # with the first of all checks, archive
+    said = " ".join(capsys.readouterr().out.split())
+    assert says in said and "7 passed" in said
+    assert_nothing_left(temporary)
+
+
+def test_an_entry_that_unpacks_to_nothing(tmp_path, temporary):
+    """Each method of packing has its own errors."""
+    path = whole(tmp_path / "Damaged.fmu")
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("resources/table", b"x" * 500, zipfile.ZIP_LZMA)
+    data = bytearray(path.read_bytes())
+    data[data.index(b"resources/table") + len(b"resources/table") + 4] = 0xFF  # the properties of LZMA
+    path.write_bytes(data)
+    results = {result.title: result for result in validate(path, Options(skip=frozenset(NAMES) - {"archive"}))}
+    assert "'resources/table' is damaged" in "\n".join(results["archive"].problems)
 
 
 def test_a_bomb(tmp_path, temporary):
@@ -362,8 +418,21 @@ def test_time_for_a_large_entry(tmp_path, temporary, monkeypatch):
     assert result.unjudged and "are over (--limit)" in result.unjudged
 
 
+@pytest.mark.parametrize(
+    ("name", "check"),
+    [("documentation/index.html", "files"), ("extra/org.example/fmi-ls-manifest.xml", "files"),
+     ("terminalsAndIcons/terminalsAndIcons.xml", "terminals")],
+)  # fmt: skip
+def test_other_files_that_would_fill_the_memory(tmp_path, temporary, monkeypatch, name, check):
+    files = small_fmu.content("2.0")
+    monkeypatch.setattr(subject, "LARGEST", len(files["modelDescription.xml"]))
+    path = small_fmu.write(tmp_path / "Large.fmu", files | {name: b"<p/>" + bytes(10_000)})
+    results = {result.title: result for result in validate(path, Options(skip=frozenset(NAMES) - {check}))}
+    assert f"{name} has 0 MiB; above 0 MiB it is not read here" in (results[check].unjudged or "")
+
+
 def test_a_description_that_would_fill_the_memory(tmp_path, temporary, capsys, monkeypatch):
-    monkeypatch.setattr(subject, "LARGEST_DESCRIPTION", 1000)
+    monkeypatch.setattr(subject, "LARGEST", 1000)
     path = whole(tmp_path / "Whole.fmu")
     assert main(["validate", str(path)]) == 2
     assert "modelDescription.xml has 0 MiB; above 0 MiB it is not read here" in " ".join(

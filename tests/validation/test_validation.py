@@ -144,6 +144,19 @@ def test_what_is_not_run_here(checked):
     assert results["run (SE)"].outcome == SKIPPED and results["run (CS)"].outcome == PASSED
 
 
+@pytest.mark.parametrize("xml", [b"<html/>", b"", b"<fmiModelDescription/>"])
+def test_what_left_out_checks_would_say_is_no_pass(checked, xml):
+    """Nothing can be judged where there is no description, whoever says so."""
+    files = small_fmu.content("2.0") | {"modelDescription.xml": xml}
+    results = checked(files, ("archive", "run"))
+    assert results["run"].unjudged == "the description cannot be read" and results["archive"].outcome == PASSED
+    results = checked(files, ("archive", "description", "run"))
+    refused(results, "description")
+    if xml:
+        (problem,) = results["description"].problems
+        assert problem.endswith("not fmiModelDescription with an fmiVersion")
+
+
 def test_no_interface_type(checked):
     files = small_fmu.content("3.0")
     xml = re.sub(rb"<ModelExchange.*?/>\s*<CoSimulation.*?/>", b"", files["modelDescription.xml"], flags=re.DOTALL)
@@ -180,12 +193,17 @@ def with_entry(path: Path, files: Files, name: str, data: bytes = b"x", **attrib
         ("resources/there.txt", {}, "is there 2 times"),
         ("resources/link", {"external_attr": 0o120777 << 16, "create_system": 3}, "symbolic link"),
         ("resources/packed", {"compress_type": zipfile.ZIP_BZIP2}, "method 12"),
+        ("resources/a:b.txt", {}, "no file on Windows can have"),
+        ("resources/con.txt", {}, "no file on Windows can have"),
+        ("resources/end. ", {}, "no file on Windows can have"),
+        ("resources/a\x1b[31mb", {}, "no file on Windows can have"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_names_and_packing(checked, tmp_path, built, name, attributes, reason):
     path = with_entry(tmp_path / "Odd.fmu", built | {"resources/there.txt": b"1"}, name, **attributes)
-    said = (refused if name.isascii() else warned)(checked(path, IN_FILES), "archive")
+    is_warning = not name.isascii() or "Windows can have" in reason
+    said = (warned if is_warning else refused)(checked(path, IN_FILES), "archive")
     assert repr(name) in said and reason in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["Odd.fmu"], "something landed outside"
 
@@ -258,6 +276,8 @@ def test_missing_document(checked, built):
         "documentation/index.html": DOCUMENT,
         "documentation/a b.png": b"",
         "documentation/more.html": b"<p>",
+        "documentation/empty.html": b"",
+        "documentation/comment.html": b"<!-- to be written -->",
     }
     refused(checked(files, IN_FILES))
     del files["documentation/more.html"]
