@@ -16,7 +16,7 @@ from urllib.parse import unquote, urlsplit
 import fmpy
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3ScheduledExecution, FMU3Slave
-from fmpy.validation import validate_fmu
+from fmpy.model_description import ModelDescription, ValidationError
 from lxml import etree, html
 
 from ..formats import ls_wasm
@@ -33,6 +33,7 @@ from .subject import (
     is_of_the_machine,
     limits_of,
     number,
+    short,
 )
 from .units import disagreements
 
@@ -153,6 +154,10 @@ def entry_problems(entry: zipfile.ZipInfo) -> Iterator[str]:
 NOT_ON_WINDOWS = re.compile(
     r'[\x00-\x1f<>:"|?*]|[. ](/|$)|(^|/)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\.[^/]*)?(/|$)', re.IGNORECASE
 )
+B_NAME = r"""(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[A-Za-z_0-9!#$%&()*+,\-./:;<>=?@\[\]^{}|~ ]|\\['"?\\abfnrtv])+')"""
+IDENTIFIER = rf"{B_NAME}(?:\[[0-9]+(?:,[0-9]+)*\])?(?:\.{B_NAME}(?:\[[0-9]+(?:,[0-9]+)*\])?)*"
+FLAT = re.compile(r"[^\r\n\t]*")
+STRUCTURED = re.compile(rf"{IDENTIFIER}|der\({IDENTIFIER}(?:,[0-9]+)?\)")  # the standard's grammar is regular
 # What fmpy says of what `dangling` names
 CRYPTIC = re.compile(r"-?\d+|list index out of range|'NoneType' object has no attribute 'startswith'")
 
@@ -188,14 +193,37 @@ def dangling(folder: Path) -> Iterator[str]:
                     yield f"{place} names the variable {word}, which there is not"
 
 
+def found_by_fmpy(folder: Path) -> list[str]:
+    """All that fmpy validates but the variables' names, with which its parser takes milliseconds each."""
+    try:
+        fmpy.read_model_description(str(folder), validate=True, validate_model_structure=True)
+    except ValidationError as problem:
+        return list(problem.problems)
+    except Exception as problem:  # noqa: BLE001 plain ones of fmpy's, errors of its XML library
+        return [str(problem)]
+    return []
+
+
+def odd_names(description: ModelDescription) -> Iterator[str]:
+    """Names of variables against the naming convention (FMI 2.0.4, section 2.2.9; FMI 3.0.2, section 2.4.7.5)."""
+    convention = description.variableNamingConvention
+    for variable in description.modelVariables:
+        rule = STRUCTURED if convention == "structured" else FLAT
+        if not rule.fullmatch(variable.name):
+            place = f"{short(variable.name)} (line {variable.sourceline})"
+            yield f"{place} is no name of the naming convention {convention}"
+
+
 def description(fmu: Subject) -> Iterator[str]:
     """Everything that fmpy finds, and an interface type."""
     if not (fmu.folder / "modelDescription.xml").is_file():
         raise Consequence("there is none, as the archive's check says")
     problems = [
         *dangling(fmu.folder),
-        *(problem for problem in validate_fmu(str(fmu.folder)) if not CRYPTIC.fullmatch(problem)),
+        *(problem for problem in found_by_fmpy(fmu.folder) if not CRYPTIC.fullmatch(problem)),
     ]
+    if not problems:
+        problems += odd_names(fmu.description)
     yield from problems
     if not problems and not fmu.interfaces:
         yield "it offers no interface type: neither co-simulation nor model exchange nor scheduled execution"

@@ -11,8 +11,10 @@ equals itself.
 from __future__ import annotations
 
 import base64
+import copy
 import ctypes
 import faulthandler
+import functools
 import gc
 import json
 import math
@@ -28,7 +30,7 @@ from typing import Any
 import fmpy
 import numpy as np
 from fmpy import fmi2, fmi3
-from fmpy.model_description import ModelVariable
+from fmpy.model_description import ModelDescription, ModelVariable
 from fmpy.simulation import instantiate_fmu
 
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
@@ -44,13 +46,20 @@ UNTOUCHED = -7.25e217  # in such an array before the call
 CLOSED = 74  # exit status of a process that can answer no more
 
 
+@functools.lru_cache(maxsize=1)
+def described(folder: str) -> ModelDescription:
+    """A large description takes longer to be read than most jobs do."""
+    return fmpy.read_model_description(folder, validate=False)
+
+
 class Driver:
     """One instance, driven alike in FMI 2.0 and 3.0, co-simulation and Model Exchange (by Euler's forward method)."""
 
     def __init__(self, folder: str, kind: str, token: str | None = None, **options: Any) -> None:
         """`options` are those of fmpy's instantiate_fmu."""
-        self.description = fmpy.read_model_description(folder, validate=False)
+        self.description = described(folder)
         if token is not None:
+            self.description = copy.copy(self.description)
             self.description.guid = token
         self.by_name = {variable.name: variable for variable in self.description.modelVariables}
         self.is_fmi2 = self.description.fmiVersion.startswith("2.")
@@ -293,7 +302,7 @@ def exact(value: Any) -> str:
 
 def load(folder: str, kind: str) -> dict[str, Any]:
     """Load the binary and ask for its version, without an instance."""
-    description = fmpy.read_model_description(folder, validate=False)
+    description = described(folder)
     is_fmi2 = description.fmiVersion.startswith("2.")
     classes = {
         (True, CO_SIMULATION): fmi2.FMU2Slave,
@@ -681,7 +690,7 @@ def intermediate_update(folder: str, kind: str, course: Course, early: bool) -> 
             requested[0], return_time[0] = True, max(now["return"], time)
 
     readable = []
-    description = fmpy.read_model_description(folder, validate=False)
+    description = described(folder)
     required = [
         variable for variable in description.modelVariables
         if variable.intermediateUpdate and variable.causality == "output" and not variable.shape

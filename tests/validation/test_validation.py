@@ -253,6 +253,45 @@ def test_description(checked, built, old, new, reason):
         assert reason in refused(results, "description")
 
 
+LEGAL = ("a", "_a1.B[2,13].c", "der(a.b[1],2)", "der(a)", "'a b.c'", r"'it\'s'", "a.'x+y'[1]", "'['")
+ILLEGAL = (
+    "1a",
+    "a.",
+    "a..b",
+    "a[0",
+    "a[-1]",
+    "a b",
+    "der(der(a))",
+    "der(a,)",
+    "'a",
+    "''",
+    "größe",
+    "a-b",
+    "a[1].[2]",
+    "",
+)
+
+
+@pytest.mark.parametrize("edition", EDITIONS)
+def test_structured_names(checked, edition, monkeypatch):
+    """As the standard's grammar has them; fmpy's parser, which takes milliseconds a name, is not asked."""
+    monkeypatch.setattr("fmpy.validation._validate_variable_names", None)
+    for name in LEGAL + ILLEGAL:
+        attribute = f'name="{name}"'
+        results = checked(
+            changed(small_fmu.content(edition), "modelDescription.xml", 'name="k"', attribute), ("description",)
+        )
+        said = "\n".join(results["description"].problems)
+        assert ("is no name of the naming convention structured" in said) == (name in ILLEGAL), (name, said)
+
+
+def test_flat_names(checked):
+    files = changed(small_fmu.content("2.0"), "modelDescription.xml", '"structured"', '"flat"')
+    for name, is_right in (("1 größe\u00a0{x}", True), ("a&#10;b", False)):
+        results = checked(changed(files, "modelDescription.xml", 'name="k"', f'name="{name}"'), ("description",))
+        assert (results["description"].outcome == PASSED) == is_right, results["description"].problems
+
+
 def test_double_value_references(checked, built):
     results = checked(changed(built, "modelDescription.xml", 'valueReference="4"', 'valueReference="3"'), IN_FILES)
     said = "\n".join(results["value-references"].problems)
