@@ -331,7 +331,7 @@ class Interruption:
 
     def __call__(self, number: int, _frame: FrameType | None) -> None:
         for each in ENDS:  # once is enough: what follows cleans up
-            signal.signal(each, signal.SIG_IGN)
+            signal.signal(each, lambda *_: None)  # SIG_IGN has Python complain of one that is just coming
         self.number = number
         raise KeyboardInterrupt
 

@@ -70,6 +70,7 @@ class Probe:
         self.outlived = 0  # processes that an FMU started and that ran on when the probe had ended
         self._folder, self._trace = folder, folder / "trace"
         self._process: subprocess.Popen[bytes] | None = None
+        self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
         """Start the process without waiting for it."""
@@ -96,13 +97,11 @@ class Probe:
                     [sys.executable, str(KEEPER), str(other.fileno()), *command], bufsize=0, cwd=work, env=environment,
                     **pipes, pass_fds=[other.fileno()], start_new_session=True,
                 )  # fmt: skip
-        self._threads = [
-            threading.Thread(target=target, args=(self._process,), daemon=True)
-            for target in (self._feed, self._read_answers, self._read_end, self._read_printed)
-        ]
-        self._printing = self._threads[-1]
-        for thread in self._threads:
-            thread.start()
+        self._threads = []
+        for target in (self._feed, self._read_answers, self._read_end, self._read_printed):
+            self._printing = threading.Thread(target=target, args=(self._process,), daemon=True)
+            self._printing.start()
+            self._threads.append(self._printing)
 
     def do(self, job: str, **fields: Any) -> Any:
         """The job's answer; raises ProbeError where there is none, OutOfTime, BrokenInstallation."""
@@ -212,7 +211,7 @@ class Probe:
 
     def _end(self) -> None:
         """End the process and all that it has started, at once."""
-        process, self._process = self._process, None
+        process = self._process
         if process is None:
             return
         if self._control is None:
@@ -241,6 +240,7 @@ class Probe:
             for file in (process.stdin, process.stdout, process.stderr, self._control):
                 if file is not None:
                     file.close()
+        self._process = None
 
     def remove(self) -> None:
         """End everything at once."""

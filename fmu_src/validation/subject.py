@@ -21,7 +21,7 @@ import fmpy
 from fmpy.model_description import ModelDescription, ModelVariable
 from lxml import etree
 
-from .process import IS_WINDOWS, OutOfTime, Probe
+from .process import IS_WINDOWS, OutOfTime, Probe, ProbeError
 
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
 STEPS = 100  # of a run, at most
@@ -258,11 +258,19 @@ class Subject:
         return outcome
 
     def ask(self, kind: str, job: str, **fields: Any) -> Any:
-        return self.probe.do(job, folder=str(self.folder), kind=kind, **fields)
+        return self._ask(self.probe, kind, job, fields)
 
     def ask_other(self, kind: str, job: str, **fields: Any) -> Any:
         """The same in the other process."""
-        return self.other_probe.do(job, folder=str(self.folder), kind=kind, **fields)
+        return self._ask(self.other_probe, kind, job, fields)
+
+    def _ask(self, probe: Probe, kind: str, job: str, fields: dict[str, Any]) -> Any:
+        try:
+            return probe.do(job, folder=str(self.folder), kind=kind, **fields)
+        except ProbeError:  # its instance is still there, and may be the only one that a process can have
+            if self.interfaces[kind].canBeInstantiatedOnlyOncePerProcess:
+                probe.close()
+            raise
 
     def _once(self, key: tuple[str, ...], make: Callable[[], Any]) -> Any:
         if key not in self._answers:

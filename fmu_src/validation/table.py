@@ -147,7 +147,11 @@ def validate(path: Path, options: Options, begun: Callable[[str], None] = lambda
                 put_through(fmu, result, results)
                 results.append(result)
     finally:
-        fmu.remove()
+        try:
+            fmu.remove()
+        except KeyboardInterrupt:
+            fmu.remove()
+            raise
     if not any(result.problems or result.unjudged for result in results):
         for result in results:
             if result.is_consequence:  # of what a check would have said that was left out

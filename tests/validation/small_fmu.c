@@ -106,7 +106,8 @@ static Small *make(const char *token, const char *folder) {
         *(volatile int *)8 = 1;
     if (strcmp(token, "{small}") != 0 && !has(small, "token"))
         return free(small), NULL;
-    if (has(small, "no-instance") || (has(small, "second") && instances))
+    _Bool once = has(small, "second") || has(small, "once-slope-error");
+    if (has(small, "no-instance") || (once && instances))
         return free(small), NULL;
     if (has(small, "leak"))
         lost = memset(malloc(100000), 1, 100000);
@@ -320,7 +321,7 @@ static int slope(Small *small, uint32_t unknown, uint32_t known, double *value) 
         *value = -1;
     if (has(small, "slope-sign"))
         *value = -*value;
-    if (has(small, "slope-error"))
+    if (has(small, "slope-error") || has(small, "once-slope-error"))
         return ERROR;
     if (has(small, "slope"))
         *value = 0; /* returns OK, does nothing */

@@ -9,10 +9,12 @@ import errno
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import uuid
 import zipfile
@@ -173,6 +175,7 @@ def test_it_is_ended(tmp_path, temporary, number, at_once):
     command = begun(tmp_path, "--junit", report, "--json", results)
     if not at_once:
         time.sleep(3)
+    assert all(os.getsid(each.pid) != command.pid for each in left_running() if each.pid != command.pid)
     if number == signal.SIGINT:
         os.killpg(command.pid, number)  # as a terminal does
     else:
@@ -187,6 +190,48 @@ def test_it_is_ended(tmp_path, temporary, number, at_once):
     (fmu,) = json.loads(results.read_text())["fmus"]
     assert fmu["outcome"] == PASSED
     assert_nothing_left(temporary, 0)
+
+
+def test_it_is_ended_while_it_cleans_up(tmp_path, temporary, monkeypatch):
+    """It is done with the last check, and begins anew to clean up."""
+    path, rmtree, calls = whole(tmp_path / "Whole.fmu"), shutil.rmtree, []
+
+    def interrupted(*arguments, **options):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        rmtree(*arguments, **options)
+
+    monkeypatch.setattr(shutil, "rmtree", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        validate(path, Options(skip=frozenset(NAMES) - {"archive"}))
+    assert_nothing_left(temporary, 0)
+
+
+@pytest.mark.parametrize("after", range(5))
+def test_it_is_ended_while_a_process_starts(tmp_path, temporary, monkeypatch, after):
+    """Before its process is there, or before one of the threads that serve it is."""
+    path, start, calls = whole(tmp_path / "Whole.fmu"), threading.Thread.start, []
+
+    def interrupted(thread: threading.Thread) -> None:
+        calls.append(thread)
+        if len(calls) == after:
+            raise KeyboardInterrupt
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    if not after:
+        monkeypatch.setattr(subprocess, "Popen", Interrupting)
+    with pytest.raises(KeyboardInterrupt):
+        validate(path, Options())
+    assert_nothing_left(temporary)
+
+
+class Interrupting:
+    """A process that is ended while it starts."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        raise KeyboardInterrupt
 
 
 def test_it_is_killed(tmp_path, temporary):

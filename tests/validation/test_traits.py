@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from fmu_src.validation.files import WINDOWS_LIBRARIES
 from fmu_src.validation.subject import Options
-from fmu_src.validation.table import FAILED, PASSED, Result, validate
+from fmu_src.validation.table import FAILED, NAMES, PASSED, Result, validate
 from tests.validation import small_fmu
 
 XML = "modelDescription.xml"
@@ -50,6 +52,18 @@ def test_one_with_clocks(passed):
     text = files[XML].replace(b'<String name="label', CLOCK + b'<String name="label')
     results = passed(files | {XML: text})
     assert_passed(results, "instance (CS)", *(f"{name} (CS)" for name in REPEATED), "event-mode (CS)")
+
+
+@pytest.mark.parametrize("edition", ["2.0", "3.0"])
+def test_one_that_can_be_instantiated_only_once(tmp_path, edition):
+    """The check that stumbles leaves an instance behind, which costs the others nothing."""
+    files = small_fmu.content(edition, "once-slope-error")
+    xml = re.sub(rb"<(CoSimulation|ModelExchange) ", rb'<\1 canBeInstantiatedOnlyOncePerProcess="true" ', files[XML])
+    path = small_fmu.write(tmp_path / "Once.fmu", files | {XML: xml})
+    skip = frozenset(NAMES) - {"load", "instance", "run", "instances", "derivatives", "variable-step", "log"}
+    results = validate(path, Options(skip=skip))
+    assert {result.check.name for result in results if result.outcome == FAILED} == {"derivatives"}
+    assert {result.check.name for result in results if result.outcome == PASSED} >= {"run", "variable-step", "log"}
 
 
 @pytest.mark.parametrize("edition", ["2.0", "3.0"])
