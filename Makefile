@@ -20,8 +20,8 @@ help:   ## list the targets; times: Intel Xeon 2.5 GHz, once .venv is there (1 m
 	        line = line " " words[k] } \
 	    print line }'
 
-run: cycle   ## build the FMUs, run the published planting cycle and plant a field row (2 min)
-	$(BIN)/python -m scenarios.field_row
+run: build   ## build the FMUs, run the published planting cycle and plant a field row (1 min)
+	$(BIN)/python -m scenarios
 
 cycle: build   ## build the FMUs and run the published planting cycle alone (30 s)
 	$(BIN)/python -m scenarios.paper_cycle

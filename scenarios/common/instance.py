@@ -10,9 +10,9 @@ from __future__ import annotations
 import ctypes
 import math
 import shutil
-from collections.abc import Iterable, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from ctypes import byref, c_double, c_int32, c_size_t, c_uint32, c_void_p
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from types import TracebackType
 
@@ -130,7 +130,14 @@ class Instance:
 
     def call(self, function: str, *arguments) -> int:
         """Call an FMI function on this instance; its status."""
-        status = getattr(self.slave.dll, function)(self.slave.component, *arguments)
+        return self.noted(getattr(self.slave.dll, function)(self.slave.component, *arguments))
+
+    def prepared(self, function: str, *arguments) -> Callable[[], int]:
+        """`call` of always the same arguments, for each of thousands of steps; what it returns goes to `noted`."""
+        return partial(getattr(self.slave.dll, function), self.slave.component, *arguments)
+
+    def noted(self, status: int) -> int:
+        """The same status; after FMI's fatal one the instance is not touched again."""
         self._lost = self._lost or status == FATAL
         return status
 

@@ -15,10 +15,11 @@ import math
 import multiprocessing
 import os
 import sys
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 from tqdm import tqdm
@@ -29,7 +30,6 @@ from scenarios.common.command import ROOT
 from scenarios.common.instance import FmuError
 from scenarios.common.masses import plausible
 from scenarios.common.variants import PHASE, PREFIX, VariantError, read_ssv, unit_of
-from scenarios.field_row import figures as row_figures
 from scenarios.field_row import mass_study
 from scenarios.field_row import run as row_run
 from scenarios.field_row import study as row_study
@@ -65,8 +65,8 @@ class Results:
     masses: MassStudy | None = None
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Command line; returns the exit status."""
+def main(arguments: Sequence[str] | None = None, meanwhile: Callable[[], object] = lambda: None) -> int:
+    """Command line; returns the exit status. ``meanwhile`` is called while other processes plant."""
     parser = argparse.ArgumentParser(
         prog="python -m scenarios.field_row", description=__doc__.splitlines()[0], formatter_class=command.Help
     )
@@ -128,6 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             settings=options.ssv | dict(options.settings),
             with_masses=options.masses,
             with_study=not options.no_study,
+            meanwhile=meanwhile,
         )
     except (SystemFault, FmuError, PartnerError) as error:
         print(error, file=sys.stderr)
@@ -207,8 +208,11 @@ def run(
     settings: dict[str, Value] | None = None,
     with_masses: bool = False,
     with_study: bool = True,
+    meanwhile: Callable[[], object] = lambda: None,
 ) -> tuple[Results, list[Path]]:
     """Plant the row, write the reports into ``output``; returns what came out and the files.
+
+    ``meanwhile`` is called in this process while others plant, before anything is shown.
 
     Raises SystemFault, FmuError or PartnerError with a line for the user, and OSError where the
     reports cannot be written.
@@ -230,31 +234,42 @@ def run(
         )
     study = of_masses = None
     if no_study:
+        meanwhile()
         with _bar(row.stop, "planting") as bar:
             record = row_run.run(row.system, master, step_ms * 1e-3, row.stop, bar.update)
+        drawn = _figures().draw_record(output, record, row.spacing)
     else:
         # Fresh processes: a PythonFMU does not outlive a fork, nor does it let its Python run in two threads.
-        with ProcessPoolExecutor(_processors(), multiprocessing.get_context("spawn")) as pool, _bar(0, "runs") as bar:
-
-            def begun(run: Future) -> None:
-                bar.total += 1
-                run.add_done_callback(lambda _: bar.update())
-
-            planted = pool.submit(row_run.run, row.system, master, step_ms * 1e-3, row.stop)
+        with ProcessPoolExecutor(_processors(), multiprocessing.get_context("spawn")) as pool:
+            runs = [pool.submit(row_run.run, row.system, master, step_ms * 1e-3, row.stop)]
             try:
-                begun(planted)
                 is_weighed = with_masses and _is_ours_to_weigh(system)
                 weighed = (
-                    mass_study.measure(system, masses_of(system, told), pool, begun) if is_weighed else lambda: None
+                    mass_study.measure(system, masses_of(system, told), pool, runs.append)
+                    if is_weighed
+                    else lambda: None
                 )
-                study, record = row_study.measure(system, pool, begun), planted.result()
-                of_masses = weighed()
+                studied = row_study.measure(system, pool, runs.append)
+                meanwhile()
+                with _bar(len(runs), "runs") as bar:
+                    for run in runs:
+                        run.add_done_callback(lambda _: bar.update())
+                    record = runs[0].result()
+                    drawn = _figures().draw_record(output, record, row.spacing)
+                    study, of_masses = studied(), weighed()
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise
     results = Results(system_file, row, record, master, step_ms, study, no_study, of_masses)
-    written = write_tables(output, results) + row_figures.draw_all(output, record, row.spacing, study, of_masses)
-    return results, sorted(written)
+    drawn += _figures().draw_studies(output, study, of_masses)
+    return results, sorted(write_tables(output, results) + drawn)
+
+
+def _figures() -> ModuleType:
+    """Imported here: each process of the study imports this file, and none of them draws."""
+    from scenarios.field_row import figures
+
+    return figures
 
 
 def _processors() -> int:

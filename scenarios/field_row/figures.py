@@ -51,17 +51,17 @@ LOOKS = {
 }
 
 
-def draw_all(
-    output: Path, record: Record, spacing: float | None, study: Study | None, masses: MassStudy | None = None
-) -> list[Path]:
-    """Write row.png, turn.png, energy.png where all energies are offered and, with studies, errors.png, masses.png and
-    drive.png; their paths.
-    """
+def draw_record(output: Path, record: Record, spacing: float | None) -> list[Path]:
+    """Write row.png, turn.png and, where all energies are offered, energy.png; their paths."""
     figures = {"row": lambda: draw_row(record, spacing or SPACING), "turn": lambda: draw_turn(record)}
     if record.offers(*(name for name, *_ in ENERGIES), "drivetrain.energy.tractor"):
         figures["energy"] = lambda: draw_energy(record)
-    if study:
-        figures["errors"] = lambda: draw_errors(study)
+    return save_all(output, figures)
+
+
+def draw_studies(output: Path, study: Study | None, masses: MassStudy | None) -> list[Path]:
+    """Write errors.png, masses.png and drive.png of the studies that were made; their paths."""
+    figures = {"errors": lambda: draw_errors(study)} if study else {}
     if masses:
         figures |= {"masses": lambda: draw_masses(masses), "drive": lambda: draw_coupling(masses)}
     return save_all(output, figures)

@@ -164,10 +164,10 @@ def truth(system: System, masses: Mapping[str, Value], times: np.ndarray) -> tup
     with UnpackedFmu(told.component("linkage").fmu) as fmu, Linkage(fmu, "true") as linkage:
         linkage.setup().enter().set(own)
 
-        def rates(time: float, y: np.ndarray) -> list[float]:
+        def rates(time: float, y: np.ndarray) -> tuple[float, ...]:
             linkage.set({"crank.phi": y[1], "crank.w": y[2]})
             drive.value["crank.inertia"], drive.value["crank.tau_bias"] = linkage.get("crank.inertia", "crank.tau_bias")
-            return drive.rates(time, [*y, 0.0, 0.0, 0.0, 0.0])[:3]
+            return drive.equations()(time, *y)[:3]
 
         begin = [drive.value["crank.phi"], drive.value["crank.phi"], drive.value["crank.w"]]
         found = solve_ivp(rates, (0.0, times[-1]), begin, "DOP853", times, rtol=1e-11, atol=1e-12)

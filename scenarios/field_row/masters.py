@@ -20,7 +20,7 @@ from types import TracebackType
 
 from fmpy.model_description import ModelVariable
 
-from scenarios.common.instance import WARNING, FmuError, Instance, UnpackedFmu
+from scenarios.common.instance import OK, WARNING, FmuError, Instance, UnpackedFmu
 from scenarios.field_row.component import Component, Port, SystemFault, Unit, Value, kind
 from scenarios.field_row.system import System
 
@@ -50,8 +50,25 @@ class Slave:
 
     def call(self, what: str, function: str, *arguments: object) -> None:
         """Call an FMI function; raises SystemFault with the FMU's own words where it refuses."""
+        self.prepared(what, function, *arguments)()
+
+    def prepared(self, what: str, function: str, *arguments: object) -> Callable[[], None]:
+        """`call` of always the same arguments: most of a step's time is the way to the FMU and back."""
+        call, messages = self.instance.prepared(function, *arguments), self._messages
+
+        def repeated() -> None:
+            messages.clear()
+            status = call()
+            if status != OK:
+                self.demand(self.instance.noted(status), what, function)
+
+        return repeated
+
+    def step(self, time: float, step: float) -> None:
         self._messages.clear()
-        self.demand(self.instance.call(function, *arguments), what, function)
+        status = self.instance.call("fmi2DoStep", time, step, True)
+        if status != OK:
+            self.demand(status, f"at t = {time:.4f} s, in a step of {1e3 * step:g} ms", "fmi2DoStep")
 
     def demand(self, status: int, what: str, function: str) -> None:
         if status > WARNING:
@@ -84,21 +101,24 @@ class Values:
         scales: Sequence[tuple[float, float]] = (),
     ) -> None:
         count = len(variables)
-        self.slave, self.places, self.scales = slave, places, scales
+        self.slave, self.places = slave, places
+        self._converted = [(i, *scale) for i, scale in enumerate(scales) if scale != (1.0, 0.0)]
         self._buffer = (C_TYPES[kind] * count)()
-        self._arguments = (c_uint32 * count)(*[v.valueReference for v in variables]), count, self._buffer
-        self._get, self._set = f"fmi2Get{kind}", f"fmi2Set{kind}"
+        arguments = (c_uint32 * count)(*[v.valueReference for v in variables]), count, self._buffer
+        self._get = slave.prepared("to give outputs", f"fmi2Get{kind}", *arguments)
+        self._set = slave.prepared("to take inputs", f"fmi2Set{kind}", *arguments)
 
     def read(self, signals: list[float]) -> None:
-        self.slave.call("to give outputs", self._get, *self._arguments)
-        for place, value in zip(self.places, self._buffer, strict=True):
+        self._get()
+        for place, value in zip(self.places, self._buffer[:], strict=True):
             signals[place] = value
 
     def write(self, signals: Sequence[float]) -> None:
-        for i, (place, (factor, offset)) in enumerate(zip(self.places, self.scales, strict=True)):
-            value = signals[place]
-            self._buffer[i] = value if factor == 1.0 and not offset else value * factor + offset
-        self.slave.call("to take inputs", self._set, *self._arguments)
+        given = [signals[place] for place in self.places]
+        for i, factor, offset in self._converted:
+            given[i] = given[i] * factor + offset
+        self._buffer[:] = given
+        self._set()
 
 
 class Slopes:
@@ -108,15 +128,22 @@ class Slopes:
         self, slave: Slave, variables: Sequence[ModelVariable], places: Sequence[int], factors: Sequence[float]
     ) -> None:
         count = len(variables)
-        self._slave, self._places, self._factors = slave, places, factors
+        self._places, self._factors = places, factors
         self._values = (c_double * count)()
         references = (c_uint32 * count)(*[v.valueReference for v in variables])
-        self._arguments = references, count, (c_int32 * count)(*[1] * count), self._values
+        self._set = slave.prepared(
+            "to take slopes",
+            "fmi2SetRealInputDerivatives",
+            references,
+            count,
+            (c_int32 * count)(*[1] * count),
+            self._values,
+        )
 
     def write(self, was: Sequence[float], now: Sequence[float], since: float) -> None:
         for i, (place, factor) in enumerate(zip(self._places, self._factors, strict=True)):
             self._values[i] = factor * (now[place] - was[place]) / since
-        self._slave.call("to take slopes", "fmi2SetRealInputDerivatives", *self._arguments)
+        self._set()
 
 
 class CoSimulation:
@@ -251,7 +278,7 @@ class CoSimulation:
 
     def step(self, slave: Slave, time: float, step: float) -> None:
         self.steps_done += 1
-        slave.call(f"at t = {time:.4f} s, in a step of {1e3 * step:g} ms", "fmi2DoStep", time, step, True)
+        slave.step(time, step)
 
     def values(self) -> list[float]:
         """The watched outputs in SI, in the order of ``watched``."""

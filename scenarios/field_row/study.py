@@ -29,6 +29,7 @@ from scenarios.field_row.system import System
 
 STEPS_MS = (1.0, 2.0, 5.0, 10.0)
 TRUTH_MS = 0.2
+LIMIT_MS = 0.5  # and twice that: plain Jacobi steps from which the truth is sought another way
 TOLERANCES = (10.0, 1.0, 0.1)
 CONTROLLED_MS = 1.5  # about what the controlled master takes a step
 PLANTS = 3
@@ -114,7 +115,7 @@ class Errors:
 @dataclass(frozen=True)
 class Study:
     """``truth_error``: how far the truth with twice its step is from it, m; ``truth_other``: the same of
-    plain Jacobi steps as small, taken to the limit by Richardson's extrapolation; ``work``: of the tractor, J.
+    plain Jacobi steps, taken to the limit by Richardson's extrapolation; ``work``: of the tractor, J.
     ``uncontrolled``: why there is none of the controlled master.
     """
 
@@ -165,15 +166,18 @@ class _Run:
         return row_run.run(system, master, self.step_ms * 1e-3, stop, tolerance=tolerance, watched=WATCHED)
 
 
-def measure(system: System, pool: Executor, begun: Callable[[Future], object] = lambda run: None) -> Study:
-    """Run everything in the processes of a pool; ``begun`` is given each run, for a progress bar."""
+def measure(
+    system: System, pool: Executor, begun: Callable[[Future], object] = lambda run: None
+) -> Callable[[], Study]:
+    """Begin all runs in the processes of a pool; ``begun`` is given each. What is returned waits for them."""
     row = row_run.row_of(system, PLANTS)
     stop = float(np.ceil(row.stop / 0.02) * 0.02)  # a multiple of all steps
     masters, linkage_ways = ([way for way in ways if way.fits(system)] for ways in (MASTERS, LINKAGE))
     plain, best = masters[0], masters[-1]
     best = best if best.master == "extrapolated" else plain
     fixed = {(w.coupled, s): _Run(w, s) for w in (*masters, *linkage_ways) for s in STEPS_MS}
-    fixed |= {(w.coupled, s): _Run(w, s) for w in (plain, best) for s in (TRUTH_MS, 2 * TRUTH_MS)}
+    truths = [(way, k * step) for way, step in ((best, TRUTH_MS), (plain, LIMIT_MS)) for k in (1, 2)]
+    fixed |= {(way.coupled, step): _Run(way, step) for way, step in truths}
     controlled = {
         t: _Run(Way(f"controlled_{t:g}", f"steps controlled, tolerance {t:g}", CONTROLLED), CONTROLLED_MS, t)
         for t in TOLERANCES
@@ -186,38 +190,42 @@ def measure(system: System, pool: Executor, begun: Callable[[Future], object] = 
     def record(way: Way, step_ms: float) -> Record:
         return runs[fixed[way.coupled, step_ms]].result()
 
-    truth, coarser = record(best, TRUTH_MS), record(best, 2 * TRUTH_MS)
-    limit = 2 * place(record(plain, TRUTH_MS))[::2] - place(record(plain, 2 * TRUTH_MS))
-    with UnpackedFmu(system.component("linkage").fmu) as fmu, Linkage(fmu, "true") as linkage:
+    def wait() -> Study:
+        truth, coarser = record(best, TRUTH_MS), record(best, 2 * TRUTH_MS)
+        half, whole = record(plain, LIMIT_MS), record(plain, 2 * LIMIT_MS)
+        limit = 2 * place(half)[::2] - place(whole)
+        with UnpackedFmu(system.component("linkage").fmu) as fmu, Linkage(fmu, "true") as linkage:
 
-        def errors(way: Way, step: float, record: Record) -> Errors:
-            exact = true_place(linkage, record)
-            true = np.interp(record.time, truth.time, place(truth))
-            off, own, rest = abs(place(record) - true), abs(place(record) - exact), abs(exact - true)
-            figures = [f(e) for e in (off, own, rest) for f in (np.max, lambda e: np.sqrt(np.mean(e**2)))]
-            return Errors(way, step, record.steps_done, *map(float, figures), float(abs(record.imbalance).max()))
+            def errors(way: Way, step: float, record: Record) -> Errors:
+                exact = true_place(linkage, record)
+                true = np.interp(record.time, truth.time, place(truth))
+                off, own, rest = abs(place(record) - true), abs(place(record) - exact), abs(exact - true)
+                figures = [f(e) for e in (off, own, rest) for f in (np.max, lambda e: np.sqrt(np.mean(e**2)))]
+                return Errors(way, step, record.steps_done, *map(float, figures), float(abs(record.imbalance).max()))
 
-        def of(ways: Sequence[Way]) -> tuple[Errors, ...]:
-            return tuple(errors(way, step * 1e-3, record(way, step)) for way in ways for step in STEPS_MS)
+            def of(ways: Sequence[Way]) -> tuple[Errors, ...]:
+                return tuple(errors(way, step * 1e-3, record(way, step)) for way in ways for step in STEPS_MS)
 
-        found, uncontrolled = [], ""
-        for run in controlled.values():
-            try:
-                kept = runs[run].result()
-            except NoRollback as why:
-                uncontrolled = str(why)
-                break
-            found.append(errors(run.way, stop / kept.steps_done, kept))
-        return Study(
-            of(masters),
-            tuple(found),
-            of(linkage_ways),
-            float(abs(place(coarser) - place(truth)[::2]).max()),
-            float(abs(limit - place(truth)[::2]).max()),
-            float(truth["drivetrain.energy.tractor"][-1]),
-            stop,
-            uncontrolled,
-        )
+            found, uncontrolled = [], ""
+            for run in controlled.values():
+                try:
+                    kept = runs[run].result()
+                except NoRollback as why:
+                    uncontrolled = str(why)
+                    break
+                found.append(errors(run.way, stop / kept.steps_done, kept))
+            return Study(
+                of(masters),
+                tuple(found),
+                of(linkage_ways),
+                float(abs(place(coarser) - place(truth)[::2]).max()),
+                float(abs(limit - np.interp(whole.time, truth.time, place(truth))).max()),
+                float(truth["drivetrain.energy.tractor"][-1]),
+                stop,
+                uncontrolled,
+            )
+
+    return wait
 
 
 def place(record: Record) -> np.ndarray:

@@ -35,7 +35,8 @@ MAY_KNOW: dict[str, tuple[str, ...]] = {
     "fmu_src/__main__.py": ("fmu_src/cli.py",),
     # what the product is held against; no room of the product knows it
     "fmu_src/oracle/": ("fmu_src/interface.py", "fmu_src/exporter/reference.py"),
-    # scenarios know built FMUs, fmpy and the wheel's measures: of each other nothing but common/
+    # scenarios know built FMUs, fmpy and the wheel's measures: of each other nothing but common/; `make run` runs two
+    "scenarios/__main__.py": ("scenarios/field_row/", "scenarios/paper_cycle/"),
     "scenarios/common/": ("fmu_src/measures.py", "fmu_src/__init__.py"),
     "scenarios/balancing/": ("scenarios/common/",),
     "scenarios/design/": ("scenarios/common/", "fmu_src/measures.py", "fmu_src/__init__.py"),

@@ -331,7 +331,8 @@ def test_the_whole_report_is_that_of_the_twins_in_si(system, tmp_path, monkeypat
 
     Forces that are given with their slopes and allowed errors of the controlled master among them.
     """
-    for name, value in (("STEPS_MS", (5.0, 10.0)), ("TRUTH_MS", 1.0), ("TOLERANCES", (10.0,)), ("PLANTS", 1)):
+    few = {"STEPS_MS": (5.0, 10.0), "TRUTH_MS": 1.0, "LIMIT_MS": 2.0, "TOLERANCES": (10.0,), "PLANTS": 1}
+    for name, value in few.items():
         monkeypatch.setattr(row_study, name, value)
     written = {}
     for key, change in (("si", shutil.copy), ("other", in_other_units)):

@@ -187,7 +187,8 @@ def test_the_shares_are_the_torque(system):
 def test_the_report_shows_what_masses_do(system, tmp_path, monkeypatch, capsys):
     """With the study; few runs."""
     row_study = field_row.row_study
-    for name, value in (("STEPS_MS", (5.0, 10.0)), ("TRUTH_MS", 1.0), ("TOLERANCES", (10.0,)), ("PLANTS", 1)):
+    few = {"STEPS_MS": (5.0, 10.0), "TRUTH_MS": 1.0, "LIMIT_MS": 2.0, "TOLERANCES": (10.0,), "PLANTS": 1}
+    for name, value in few.items():
         monkeypatch.setattr(row_study, name, value)
     for name, value in (("STEPS_MS", (5.0, 10.0)), ("HALVINGS", 2), ("PLANTS", 1), ("STEP", 5e-3)):
         monkeypatch.setattr(mass_study, name, value)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import pytest
 from fmpy.validation import validate_fmu
+from pythonfmu import Fmi2Slave
 
 from scenarios.field_row.partners import drivetrain as drivetrain_module
 from scenarios.field_row.partners.build import build
@@ -433,3 +434,27 @@ def test_the_same_sources_give_the_same_bytes(tmp_path):
     assert [fmu.read_bytes() for fmu in once] == [fmu.read_bytes() for fmu in again]
     with zipfile.ZipFile(once[0]) as archive:
         assert b"Permission is hereby granted" in archive.read("documentation/licenses/PythonFMU.txt")
+
+
+@pytest.mark.parametrize("kind", PARTNERS)
+def test_values_pass_as_pythonfmu_passes_them(kind):
+    """Each type by its own functions, which PythonFMU's agree with; what is not of the type or no input is refused."""
+    partner, plain = started(kind), Fmi2Slave
+    functions = {float: ("real", 0.25), bool: ("boolean", True), int: ("integer", 3)}
+    for reference, variable in enumerate(kind.variables):
+        for type_, (name, value) in functions.items():
+            get, was = getattr(partner, f"get_{name}"), partner.value[variable.name]
+            if type_ is not type(variable.start):
+                with pytest.raises(TypeError, match="not of type"):
+                    get([reference])
+                with pytest.raises(TypeError, match="not of type"):
+                    getattr(partner, f"set_{name}")([reference], [value])
+                continue
+            assert get([reference]) == getattr(plain, f"get_{name}")(partner, [reference]) == [was]
+            if variable.kind == "output":
+                with pytest.raises(TypeError):
+                    getattr(partner, f"set_{name}")([reference], [value])
+                assert partner.value[variable.name] == was
+            else:
+                getattr(partner, f"set_{name}")([reference], [value])
+                assert partner.value[variable.name] == value

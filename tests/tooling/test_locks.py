@@ -46,7 +46,7 @@ def test_make_run_installs_what_it_runs_with():
     """What its programs load, in a process of their own, is of packages that its lock files pin."""
     programs = [
         "fmu_src.cli", "scenarios.field_row.partners.build", "scenarios.field_row.ssp",
-        "scenarios.paper_cycle.__main__", "scenarios.field_row.__main__",
+        "scenarios.__main__", "scenarios.paper_cycle.__main__", "scenarios.field_row.__main__",
     ]  # fmt: skip
     code = f"import {', '.join(programs)}, sys; print(*{{name.partition('.')[0] for name in sys.modules}})"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PROJECT_ROOT)

@@ -22,6 +22,7 @@ equations are solved by Runge and Kutta's method of order 4 in substeps of at mo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import ClassVar
 
 if __package__:
@@ -31,6 +32,7 @@ else:  # inside the FMU
 
 SUBSTEP = 0.5e-3  # s, at most
 LOADS = ("crank.inertia", "crank.tau_bias", "machine.fx")
+Rates = Callable[[float, float, float, float], tuple[float, ...]]
 LEVEL = (0.0, 0.0, 0.0)  # slopes of the loads that do not change
 SPEED = ("speed.cruise", "speed.ramp", "speed.headland", "disturbance.share", "disturbance.f")  # what v(t) is made of
 
@@ -112,24 +114,23 @@ class Drivetrain(Partner):
         since, (inertia, bias, fx) = time - m["time"], m.get("slopes", LEVEL)
         return p["crank.inertia"] + inertia * since, p["crank.tau_bias"] + bias * since, p["machine.fx"] + fx * since
 
-    def rates(self, time: float, y: list[float]) -> list[float]:
-        """Derivatives of phi_drive, phi, w, the way, and the work of pull, crank and shaft damping."""
-        p, (drive, phi, w, *_) = self.value, y
-        v = self.speed(time)
-        w_drive = math.tau * v / p["plant.spacing"]
-        twisting = w_drive - w
-        tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * twisting
-        inertia, bias, fx = self._loads(time)
-        a = (tau - bias) / (p["crank.J"] + inertia)
-        return [
-            w_drive,
-            w,
-            a,
-            v,
-            tau * w_drive - fx * v,
-            (inertia * a + bias) * w,
-            p["shaft.c"] * twisting * twisting,
-        ]
+    def equations(self) -> Rates:
+        """Of the present step, with its parameters and loads: rates(time, phi_drive, phi, w).
+
+        They give the derivatives of phi_drive, phi, w, the way, and the work of pull, crank and shaft damping.
+        """
+        p, speed, loads = self.value, self.speed, self._loads
+        k, c, own, spacing = p["shaft.k"], p["shaft.c"], p["crank.J"], p["plant.spacing"]
+
+        def rates(time: float, drive: float, phi: float, w: float) -> tuple[float, ...]:
+            v, (inertia, bias, fx) = speed(time), loads(time)
+            w_drive = math.tau * v / spacing
+            twisting = w_drive - w
+            tau = k * (drive - phi) + c * twisting
+            a = (tau - bias) / (own + inertia)
+            return w_drive, w, a, v, tau * w_drive - fx * v, (inertia * a + bias) * w, c * twisting * twisting
+
+        return rates
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         m, loads = self.memory, tuple(self.value[name] for name in LOADS)
@@ -138,9 +139,9 @@ class Drivetrain(Partner):
                 (now - was) / (current_time - m["sampled"]) for now, was in zip(loads, m["loads"], strict=True)
             )
         m |= {"time": current_time, "sampled": current_time, "loads": loads}
-        count, y = math.ceil(step_size / SUBSTEP - 1e-9), m["y"]
+        count, y, rates = math.ceil(step_size / SUBSTEP - 1e-9), m["y"], self.equations()
         for i in range(count):
-            y = _runge_kutta(self.rates, current_time + i * step_size / count, y, step_size / count)
+            y = _runge_kutta(rates, current_time + i * step_size / count, y, step_size / count)
         self._show(y, step_size)
         return True
 
@@ -149,7 +150,7 @@ class Drivetrain(Partner):
         self.memory["y"] = y
         time = self.memory["time"] + ahead
         p, (drive, phi, w, way, pulled, given, lost) = self.value, y
-        v, (w_drive, _, a, *_) = self.speed(time), self.rates(time, y)
+        w_drive, _, a, v, *_ = self.equations()(time, drive, phi, w)
         tau = p["shaft.k"] * (drive - phi) + p["shaft.c"] * (w_drive - w)
         p |= {
             "crank.phi": phi,
@@ -167,18 +168,14 @@ class Drivetrain(Partner):
 
 
 def _smooth_step(x: float) -> float:
-    x = min(max(x, 0.0), 1.0)
-    return x * x * x * (10 + x * (6 * x - 15))
+    return x * x * x * (10 + x * (6 * x - 15)) if 0 < x < 1 else float(x > 0)
 
 
-def _runge_kutta(rates, time: float, y: list[float], h: float) -> list[float]:
-    """One step of the classical method (Kutta 1901)."""
-
-    def moved(k: list[float], share: float) -> list[float]:
-        return [a + share * h * b for a, b in zip(y, k, strict=True)]
-
-    k1 = rates(time, y)
-    k2 = rates(time + h / 2, moved(k1, 0.5))
-    k3 = rates(time + h / 2, moved(k2, 0.5))
-    k4 = rates(time + h, moved(k3, 1.0))
+def _runge_kutta(rates: Rates, time: float, y: list[float], h: float) -> list[float]:
+    """One step of the classical method (Kutta 1901). The rates depend on the first three of y alone."""
+    (drive, phi, w, *_), half = y, h / 2
+    k1 = rates(time, drive, phi, w)
+    k2 = rates(time + half, drive + half * k1[0], phi + half * k1[1], w + half * k1[2])
+    k3 = rates(time + half, drive + half * k2[0], phi + half * k2[1], w + half * k2[2])
+    k4 = rates(time + h, drive + h * k3[0], phi + h * k3[1], w + h * k3[2])
     return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(y, k1, k2, k3, k4, strict=True)]

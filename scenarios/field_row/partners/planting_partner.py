@@ -76,8 +76,13 @@ class Partner(Fmi2Slave):
         self.value = {v.name: v.start for v in self.variables}
         self.memory: dict = {}
         self.guid = hashlib.sha256(repr((self.modelName, self.variables)).encode()).hexdigest()[:32]
-        for variable in self.variables:
+        self._readable: dict[tuple[int, type], str] = {}  # names by value reference and type
+        self._settable: dict[tuple[int, type], str] = {}
+        for reference, variable in enumerate(self.variables):
             self._register(variable)
+            self._readable[reference, type(variable.start)] = variable.name
+            if variable.kind != "output":
+                self._settable[reference, type(variable.start)] = variable.name
 
     def _register(self, variable: Variable) -> None:
         name, kind, start, unit, text = variable
@@ -98,6 +103,43 @@ class Partner(Fmi2Slave):
             ),
             nested=False,
         )
+
+    # In each of these calls PythonFMU asks every variable anew for its type. Here that is known from the start; what is
+    # not goes to PythonFMU, which says what is wrong with it.
+
+    def get_real(self, references: Sequence[int]) -> list[float]:
+        try:
+            return [self.value[self._readable[reference, float]] for reference in references]
+        except KeyError:
+            return super().get_real(references)
+
+    def get_integer(self, references: Sequence[int]) -> list[int]:
+        try:
+            return [self.value[self._readable[reference, int]] for reference in references]
+        except KeyError:
+            return super().get_integer(references)
+
+    def get_boolean(self, references: Sequence[int]) -> list[bool]:
+        try:
+            return [bool(self.value[self._readable[reference, bool]]) for reference in references]
+        except KeyError:
+            return super().get_boolean(references)
+
+    def set_real(self, references: Sequence[int], values: Sequence[float]) -> None:
+        try:
+            names = [self._settable[reference, float] for reference in references]
+        except KeyError:
+            super().set_real(references, values)
+        else:
+            self.value.update(zip(names, values, strict=True))
+
+    def set_boolean(self, references: Sequence[int], values: Sequence[bool]) -> None:
+        try:
+            names = [self._settable[reference, bool] for reference in references]
+        except KeyError:
+            super().set_boolean(references, values)
+        else:
+            self.value.update(zip(names, values, strict=True))
 
     def setup_experiment(
         self,

@@ -101,6 +101,10 @@ class Soil(Partner):
         p = self.value
         return p["ridge.height"] + p["ridge.wave"] * math.sin(math.tau * x / p["ridge.wavelength"])
 
+    def below_ridge(self, sample: list[float]) -> float:
+        """Of a sample's tip below the ridge, negative above."""
+        return self.ridge(sample[0]) - sample[1]
+
     def force(self, x: float, y: float, vx: float, vy: float, angle: float) -> tuple[float, float]:
         """Force of the soil on the tip, N."""
         p, z = self.value, self.ridge(x) - y
@@ -144,7 +148,7 @@ class Soil(Partner):
             angle + ahead * m["turning"],
         ]
         p["tip.fx"], p["tip.fy"] = self.force(*carried)
-        p["tip.depth"] = self.ridge(carried[0]) - carried[1]
+        p["tip.depth"] = self.below_ridge(carried)
         p["energy.soil"] = m["work"] + self._work(sample, carried, ahead)
 
     def _work(self, was: list[float], now: list[float], length: float) -> float:
@@ -154,12 +158,15 @@ class Soil(Partner):
             fx, fy = self.force(*sample)
             return -(fx * sample[2] + fy * sample[3])
 
-        if length <= 0 or max(self.ridge(s[0]) - s[1] for s in (was, now)) <= 0:
+        if length <= 0 or (self.below_ridge(was) <= 0 and self.below_ridge(now) <= 0):
             return 0.0
         return length / 6 * (power(was) + 4 * power(_between(was, now, length, 0.5)) + power(now))
 
     def _record(self, was: list[float], now: list[float], length: float) -> None:
         """Entry, lowest point and exit, where they lie between two samples."""
+        p, m, before, after = self.value, self.memory, self.below_ridge(was), self.below_ridge(now)
+        if before <= 0 and after <= 0 and not m["hole"]:
+            return
 
         def found(value) -> list[float]:
             """Where ``value`` of the sample turns positive."""
@@ -169,23 +176,19 @@ class Soil(Partner):
                 low, high = (low, middle) if value(_between(was, now, length, middle)) > 0 else (middle, high)
             return _between(was, now, length, high)
 
-        def depth(sample: list[float]) -> float:
-            return self.ridge(sample[0]) - sample[1]
-
-        p, m = self.value, self.memory
-        if depth(was) <= 0 < depth(now):
-            m["hole"] = {"entry": found(depth)[0]}
+        if before <= 0 < after:
+            m["hole"] = {"entry": found(self.below_ridge)[0]}
         if m["hole"] and was[3] < 0 <= now[3]:
             lowest = found(lambda sample: sample[3])
             m["hole"] |= {
-                "depth": depth(lowest),
+                "depth": self.below_ridge(lowest),
                 "speed": math.hypot(lowest[2], lowest[3]),
                 "plant.x": lowest[0],
                 "lean": -math.pi / 2 - lowest[4],
                 "planted": p["seedling.in_nozzle"],
             }
-        if depth(now) <= 0 < depth(was) and m["hole"] and "depth" in m["hole"]:
-            hole, away = m["hole"], found(lambda sample: -depth(sample))[0]
+        if after <= 0 < before and m["hole"] and "depth" in m["hole"]:
+            hole, away = m["hole"], found(lambda sample: -self.below_ridge(sample))[0]
             p |= {
                 "hole.count": p["hole.count"] + 1,
                 "hole.entry": hole["entry"],
