@@ -20,8 +20,7 @@ import struct
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-
-import lief
+from typing import TYPE_CHECKING
 
 from ..formats.python_fmu import (
     DESTRUCTOR,
@@ -32,6 +31,9 @@ from ..formats.python_fmu import (
     VERSIONS,
     pattern,
 )
+
+if TYPE_CHECKING:
+    import lief  # else where it is used: it takes a second, and few commands mend
 
 POINTER = 8  # bytes
 # All of the destructor's code: endbr64, then a jump to FINALIZER (four bytes of distance follow).
@@ -84,12 +86,16 @@ def mended_library(library: bytes, name: str) -> bytes:
 
     name: for messages. Raises PythonFmuError.
     """
+    import lief
+
     lief.logging.disable()
     return mended_on_windows(library, name) if library.startswith(PE) else mended_on_linux(library, name)
 
 
 def mended_on_linux(library: bytes, name: str) -> bytes:
     """Both faults; of the bytes of 0.7.0 24 change."""
+    import lief
+
     binary = lief.ELF.parse(list(library))
     if binary is None or FINALIZER not in {symbol.name for symbol in binary.exported_symbols}:
         raise PythonFmuError(f"{name}: not PythonFMU's library of {VERSIONS}: it exports no {FINALIZER}")
@@ -110,6 +116,8 @@ def mended_on_windows(library: bytes, name: str) -> bytes:
     """What is wrong after an exception; at exit nothing is: DllMain is hidden in an anonymous namespace, so that
     nothing calls the finalizer.
     """
+    import lief
+
     binary = lief.PE.parse(list(library))
     exported = {str(function.name): function.address for function in binary.exported_functions} if binary else {}
     if binary is None or FINALIZER not in exported:
@@ -165,6 +173,8 @@ def written(library: bytes, place: int, code: bytes) -> bytes:
 
 def without_destructor(library: bytes, binary: lief.ELF.Binary, name: str) -> bytes:
     """Without the entry of onLibraryUnload: one byte changes, in DT_FINI_ARRAYSZ."""
+    import lief
+
     tags = lief.ELF.DynamicEntry.TAG
     found = [symbol for symbol in binary.symtab_symbols if symbol.name == DESTRUCTOR]
     entries = list(binary.dynamic_entries)
