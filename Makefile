@@ -27,7 +27,7 @@ cycle: build   ## build the FMUs and run the published planting cycle alone (30 
 	$(BIN)/python -m scenarios.paper_cycle
 
 test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all processors (several minutes)
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 check: lint $(VENV)/ready-test build   ## lint, and the tests of the rooms that differ from main: before a commit
 	$(BIN)/python -m tests.check

@@ -101,7 +101,8 @@ def main(arguments: list[str] | None = None) -> int:
     print("\n".join(tests) or "nothing that differs has quick tests: make test runs them all")
     if chosen.list or not tests:
         return 0
-    command = [sys.executable, "-m", "pytest", "--numprocesses", "auto", "--dist", "loadfile", *tests]
+    spread = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
+    command = [sys.executable, "-m", "pytest", *spread, *tests]
     return subprocess.run(command, cwd=ROOT).returncode
 
 

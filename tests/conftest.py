@@ -27,6 +27,28 @@ HARNESS = Path(__file__).with_name("harness")
 HARD_CASES = PROJECT_ROOT / "scenarios" / "speed_vs_error" / "hard_cases"
 
 
+# The files that take longest, the longest first: begun first, no processor waits for one of them alone at the end.
+LONGEST = (
+    "validation/test_validation.py",
+    "scenarios/test_hard_cases.py",
+    "scenarios/test_sweep.py",
+    "scenarios/test_speed_vs_error.py",
+    "twin/test_heap_at_exit.py",
+    "scenarios/test_field_row.py",
+    "fmi/test_web_assembly.py",
+    "twin/test_linkage.py",
+    "tooling/test_terminal_widths.py",
+    "exporter/test_dist.py",
+)
+
+
+@pytest.hookimpl(trylast=True)  # after pytest's own order, by fixtures
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The order in which files are given to processes, by --dist loadfile --no-loadscope-reorder."""
+    rank = {PROJECT_ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
+
+
 @pytest.fixture(scope="session")
 def interface() -> Interface:
     return load_interface()

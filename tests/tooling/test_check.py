@@ -7,6 +7,7 @@ import re
 import pytest
 
 from tests.check import ROOMS, ROOT, changed, main, selected
+from tests.conftest import LONGEST
 
 
 @pytest.mark.parametrize(
@@ -70,3 +71,7 @@ def test_a_new_file_is_seen(tmp_path_factory):
         assert f"tests/tooling/{new.name}" in changed("HEAD")
     finally:
         new.unlink()
+
+
+def test_the_files_to_begin_with_are_there():
+    assert all((ROOT / "tests" / name).is_file() for name in LONGEST)
