@@ -492,6 +492,15 @@ def test_every_control_has_a_name(page):
     assert [element for element in nameless if 'id="figures"' not in element] == []
 
 
+def test_nothing_to_use_is_hidden_from_screen_readers(page):
+    """What lies within an image or a hidden element is told by none of them: the crank's handle lies in a drawing."""
+    hidden = page.evaluate("""() => [...document.querySelectorAll('button, input, select, a[href], [tabindex]')]
+        .filter((element) => element.closest('[role=img], [aria-hidden=true]'))
+        .map((element) => element.outerHTML.slice(0, 90))""")
+    assert hidden == []
+    assert page.get_by_role("slider", name="Crank OA", exact=True).count() == 1
+
+
 def test_all_is_reached_by_keyboard(page):
     """Tab goes through everything and shows where it is."""
     seen = set()
