@@ -27,6 +27,7 @@ from junitparser import JUnitXml
 
 from fmu_src.cli import main
 from fmu_src.validation import process, subject
+from fmu_src.validation.keeper import LARGEST_FILE
 from fmu_src.validation.process import BrokenInstallation, OutOfTime, Probe, ProbeError
 from fmu_src.validation.subject import Options, Subject
 from fmu_src.validation.table import FAILED, NAMES, PASSED, SKIPPED, validate
@@ -138,6 +139,20 @@ def test_the_limit_of_a_job_ends_with_it(tmp_path, temporary):
     with pytest.raises(ProbeError, match="modelDescription"):
         probe.do("load", folder=str(tmp_path), kind="CoSimulation")
     assert psutil.pid_exists(before) and before in {each.pid for each in left_running()}
+    probe.remove()
+    assert_nothing_left(temporary)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what is asked for is in /proc")
+def test_what_an_fmu_may_do_to_the_machine(tmp_path, temporary):
+    """No core file, no file without end; and where memory runs out, its process goes first."""
+    probe = Probe(tmp_path / "probe", 60.0)
+    with pytest.raises(ProbeError):
+        probe.do("load", folder=str(tmp_path), kind="CoSimulation")
+    (process_of_fmu,) = (each for each in left_running() if "probe.py" in " ".join(each.cmdline()[:2]))
+    assert process_of_fmu.rlimit(psutil.RLIMIT_CORE)[0] == 0
+    assert 0 < process_of_fmu.rlimit(psutil.RLIMIT_FSIZE)[0] <= LARGEST_FILE
+    assert Path(f"/proc/{process_of_fmu.pid}/oom_score_adj").read_text() == "1000\n"
     probe.remove()
     assert_nothing_left(temporary)
 
