@@ -70,7 +70,6 @@ class Probe:
         self.outlived = 0  # processes that an FMU started and that ran on when the probe had ended
         self._folder, self._trace = folder, folder / "trace"
         self._process: subprocess.Popen[bytes] | None = None
-        self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
         """Start the process without waiting for it."""
@@ -97,7 +96,7 @@ class Probe:
                     [sys.executable, str(KEEPER), str(other.fileno()), *command], bufsize=0, cwd=work, env=environment,
                     **pipes, pass_fds=[other.fileno()], start_new_session=True,
                 )  # fmt: skip
-        self._threads = []
+        self._threads: list[threading.Thread] = []
         for target in (self._feed, self._read_answers, self._read_end, self._read_printed):
             self._printing = threading.Thread(target=target, args=(self._process,), daemon=True)
             self._printing.start()

@@ -74,6 +74,18 @@ static void go_deeper(void) {
             return;
 }
 
+/* Processes that hold the same memory. */
+static void share(void) {
+    static char *block;
+    if (block)
+        return;
+    block = memset(malloc(200 << 20), 1, 200 << 20);
+    for (int i = 0; i < 4; i++)
+        if (fork() == 0)
+            usleep(600000), _exit(0);
+    usleep(700000);
+}
+
 static void answer_in_brackets(void) {
     static char brackets[100000];
     memset(brackets, '[', sizeof brackets - 1);
@@ -167,6 +179,8 @@ static void misbehave(const char *how) {
         answer_in_brackets();
     if (IS("deepens"))
         go_deeper();
+    if (IS("shares"))
+        share();
     if (IS("litters"))
         litter();
 }

@@ -51,6 +51,7 @@ SAID = {
     "reads": "",
     "answers": "wrote into the pipe for answers",
     "answers-brackets": "wrote into the pipe for answers",
+    "shares": "",
     "litters": "",
     "deepens": "",
 }

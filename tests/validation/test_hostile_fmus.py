@@ -72,7 +72,8 @@ def test_hostile_fmu(tmp_path, temporary, monkeypatch, how):
     users = tmp_path / "the user's folder"
     users.mkdir()
     monkeypatch.chdir(users)
-    limit = 60.0 if how == "allocates" else LIMIT  # filling memory takes the time that it takes
+    monkeypatch.setattr(process, "KILLING", 600.0)  # nothing waits for it
+    limit = 60.0 if how in ("allocates", "shares") else LIMIT  # filling memory takes the time that it takes
     results = hostile.judge(hostile.write(tmp_path / "Hostile.fmu", how), limit)
     run = results["run (CS)"]
     if hostile.SAID[how]:
@@ -146,7 +147,12 @@ def test_the_limit_of_a_job_ends_with_it(tmp_path, temporary):
 @pytest.mark.skipif(sys.platform != "linux", reason="what is asked for is in /proc")
 def test_what_an_fmu_may_do_to_the_machine(tmp_path, temporary):
     """No core file, no file without end; and where memory runs out, its process goes first."""
-    probe = Probe(tmp_path / "probe", 60.0)
+    probe, before = Probe(tmp_path / "probe", 60.0), psutil.Process().rlimit(psutil.RLIMIT_CORE)
+    psutil.Process().rlimit(psutil.RLIMIT_CORE, (before[1], before[1]))
+    try:
+        probe.start()
+    finally:
+        psutil.Process().rlimit(psutil.RLIMIT_CORE, before)
     with pytest.raises(ProbeError):
         probe.do("load", folder=str(tmp_path), kind="CoSimulation")
     (process_of_fmu,) = (each for each in left_running() if "probe.py" in " ".join(each.cmdline()[:2]))
