@@ -20,13 +20,13 @@ help:   ## list the targets; times: Intel Xeon 2.5 GHz, once .venv is there (1 m
 	        line = line " " words[k] } \
 	    print line }'
 
-run: build   ## build the FMUs, run the published planting cycle and plant a field row (1 min)
+run: build   ## build the FMUs, run the published planting cycle and plant a field row (1 min on two processors)
 	$(BIN)/python -m scenarios
 
-cycle: build   ## build the FMUs and run the published planting cycle alone (30 s)
+cycle: build   ## build the FMUs and run the published planting cycle alone (25 s)
 	$(BIN)/python -m scenarios.paper_cycle
 
-test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all processors (several minutes)
+test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all processors (half an hour on two)
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 check: lint $(VENV)/ready-test build   ## lint, and the tests of the rooms that differ from main: before a commit
