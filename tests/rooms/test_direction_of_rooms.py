@@ -58,6 +58,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     ),
     # C programs that time the bare core in their own process, or name variables by their value references
     "scenarios/speed_vs_error/solving/evaluations.c": ("fmu_src/linkage/", "fmu_src/component/interface.h"),
+    "scenarios/speed_vs_error/cost/instances.c": ("fmu_src/component/interface.h",),
     "scenarios/speed_vs_error/cost/step_cost.c": ("fmu_src/linkage/linkage.h", "fmu_src/component/interface.h"),
     "scenarios/speed_vs_error/hard_cases/environment.c": ("fmu_src/component/interface.h",),
     # checks of this project's own FMUs alone: by this file the validator knows the project, and by no other

@@ -23,7 +23,7 @@ from scenarios.common.figures import BLUE, NOTE, save_all
 from scenarios.common.instance import UnpackedFmu
 from scenarios.common.reports import machine
 from scenarios.common.timing import Ratios
-from scenarios.speed_vs_error.yardstick import INTERFACE_SOURCE, compile_program, host_platform
+from scenarios.speed_vs_error.yardstick import compile_program, host_platform
 
 COUNTS = (1, 10, 100, 1000, 10_000, 100_000)
 ROUNDS = 101
@@ -65,7 +65,7 @@ def measure(fmu: UnpackedFmu, counts: tuple[int, ...], rounds: int) -> Instances
     target = host_platform()
     with tempfile.TemporaryDirectory() as folder:
         host = Path(folder) / "instances"
-        compile_program((HOST_SOURCE, INTERFACE_SOURCE), host, target, "-I", str(ROOT), "-ldl")
+        compile_program((HOST_SOURCE,), host, target, "-I", str(ROOT), "-ldl")
         command = [str(host), str(fmu.library), fmu.guid, str(rounds), *map(str, counts)]
         done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
