@@ -93,14 +93,15 @@ def thousands(count: int) -> str:
 
 
 def sentences(found: Instances) -> list[str]:
-    """The memory of an instance, and whether the most that were measured keep their bound."""
+    """The memory of an instance; what one among the most costs and, where all counts were measured, the bound."""
     most = max(found.rounds)
     ratios = found.ratios(most)
     verdict = {-1: "kept", 0: "not to be told from the scatter of this run", 1: "not kept"}[ratios.side(MOST_TIMES)]
     within = "within" if found.size <= MOST_BYTES else "above"
+    judged = f"; the bound of {MOST_TIMES:g} is {verdict}" if most == COUNTS[-1] else ""
     return [
         f"An instance asks its host for {found.size} bytes, {within} the {MOST_BYTES} that were aimed at.",
-        f"One of {thousands(most)} instances costs {ratios} times one alone; the bound of {MOST_TIMES:g} is {verdict}.",
+        f"One of {thousands(most)} instances costs {ratios} times one alone{judged}.",
     ]
 
 
