@@ -1,18 +1,5 @@
 #include "factors.h"
 
-int pose_factor_needs(PoseFactor factor, int n) {
-    switch (factor) {
-    case POSE_ONE:
-    case POSE_LINKAGE_MASS: return POSE_NEEDS_ONE(n);
-    case POSE_TIP_X:
-    case POSE_TIP_Y:
-    case POSE_TIP_ANGLE: return POSE_NEEDS_TIP_X(n);
-    case POSE_ASSEMBLY_MARGIN: return POSE_NEEDS_ASSEMBLY_MARGIN(n);
-    case POSE_LINKAGE_INERTIA: return POSE_NEEDS_LINKAGE_INERTIA(n);
-    default: return POSE_NEEDS_LINKAGE_MOMENT_X(n);
-    }
-}
-
 double *pose_factor_variation(const Component *c, LinkageVariation *variation, PoseFactor factor,
                               int n) {
     switch (factor) {
@@ -26,17 +13,6 @@ double *pose_factor_variation(const Component *c, LinkageVariation *variation, P
     case POSE_LINKAGE_INERTIA: return &variation->inertia[n];
     case POSE_LINKAGE_MOMENT_X: return &variation->moment[n].x;
     default: return &variation->moment[n].y;
-    }
-}
-
-int pose_factor_sweep(PoseFactor factor, int n) {
-    switch (factor) {
-    case POSE_ONE: return -1;
-    case POSE_TIP_ANGLE:
-    case POSE_ASSEMBLY_MARGIN:
-    case POSE_LINKAGE_MASS: return 0;
-    case POSE_LINKAGE_INERTIA: return n + 1;
-    default: return n;
     }
 }
 

@@ -24,7 +24,7 @@ typedef enum {
 } PoseFactor;
 
 /* The derivatives of the pose that the n-th derivative of each factor by phi needs; -1 where it
- * needs no pose. Macros, so that the compiler knows what groups of outputs need. */
+ * needs no pose. Macros, so that the compiler knows what outputs need. */
 #define POSE_NEEDS_ONE(n) (-1)
 #define POSE_NEEDS_TIP_X(n) (n)
 #define POSE_NEEDS_TIP_Y(n) (n)
@@ -35,13 +35,20 @@ typedef enum {
 #define POSE_NEEDS_LINKAGE_MOMENT_X(n) ((n) > 0 ? (n) : 1)
 #define POSE_NEEDS_LINKAGE_MOMENT_Y(n) ((n) > 0 ? (n) : 1)
 
-/* The same where the factor is known at run time only. */
-INTERNAL int pose_factor_needs(PoseFactor factor, int n);
+/* The order that a sweep over the linkage must have for the change of such a derivative; -1 where
+ * nothing of it changes. */
+#define POSE_SWEEP_ONE(n) (-1)
+#define POSE_SWEEP_TIP_X(n) (n)
+#define POSE_SWEEP_TIP_Y(n) (n)
+#define POSE_SWEEP_TIP_ANGLE(n) 0
+#define POSE_SWEEP_ASSEMBLY_MARGIN(n) 0
+#define POSE_SWEEP_LINKAGE_MASS(n) 0
+#define POSE_SWEEP_LINKAGE_INERTIA(n) ((n) + 1)
+#define POSE_SWEEP_LINKAGE_MOMENT_X(n) (n)
+#define POSE_SWEEP_LINKAGE_MOMENT_Y(n) (n)
 
-/* Whether it takes linkage_differentiate_masses as well. */
-static inline bool pose_factor_is_of_masses(PoseFactor factor) {
-    return factor >= POSE_LINKAGE_INERTIA;
-}
+/* Such a number as a bit of a set, so that what several need is found by or. */
+#define POSE_BIT(needs) ((needs) < 0 ? 0 : 1 << ((needs) & 7))
 
 /* Whether the dyad ABD is the one nearer to its dead point. */
 static inline bool is_near_abd(const Component *c) {
@@ -71,9 +78,6 @@ static inline double pose_factor(const Component *c, PoseFactor factor, int n) {
  * factor 1, which does not change. */
 INTERNAL double *pose_factor_variation(const Component *component, LinkageVariation *variation,
                                        PoseFactor factor, int n);
-
-/* The order that the sweep over the linkage must have for that. */
-INTERNAL int pose_factor_sweep(PoseFactor factor, int n);
 
 /* ---- of the motion ------------------------------------------------------------------------------
  */

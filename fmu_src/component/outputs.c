@@ -10,7 +10,7 @@
 #define NOTHING(c, P, n, Q)
 
 /* A bit for each derivative of the pose that an equation needs. */
-#define NEED(c, P, n, Q) | (POSE_NEEDS_##P(n) < 0 ? 0 : 1 << (POSE_NEEDS_##P(n) & 7))
+#define NEED(c, P, n, Q) | POSE_BIT(POSE_NEEDS_##P(n))
 #define NEEDS_OF_OUTPUT(NAME) EQUATION_##NAME(NEED, NOTHING)
 #define NEEDS_OF_MASSES(NAME) EQUATION_##NAME(NOTHING, NEED)
 #define NEEDS_OF_GROUP(NAME) (0 INTERFACE_OUTPUTS_OF_##NAME(NEEDS_OF_OUTPUT))
