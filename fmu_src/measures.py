@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -176,10 +176,12 @@ class Found:
         return tuple(float(part.phi[part.at]) for _, part in self.parts)
 
 
+# How a quantity follows the signals: its derivatives by those it is made of, by their numbers, which ascend.
+Weights = Mapping[int, Any]
 # A quantity at given angles, from them and the signals there: its value, its weights of the signals, its derivative by
 # phi where the signals stay, and what adds to its gradient by KNOWNS where signals and phi stay. The third argument is
 # +1 where the greatest is sought and -1 where the least is: for what has two sides.
-Quantity = Callable[[Array, Array, Array], tuple[Array, Array, Any, Callable[[Array], None]]]
+Quantity = Callable[[Array, Array, Any], tuple[Array, Weights, Any, Callable[[Array], None]]]
 
 
 class Turn:
@@ -193,6 +195,8 @@ class Turn:
         self.phi = 2 * math.pi / nodes * np.arange(nodes)
         self.values, self.rates = source.sample(self.phi)
         self._found: dict[str, Found] = {}
+        self._events: dict[float, tuple[Array, Array]] = {}
+        self._stays: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
 
     def __getitem__(self, name: str) -> Found:
         if name not in self._found:
@@ -211,91 +215,92 @@ class Turn:
 
     # ---- gradients --------------------------------------------------------------------------------
 
-    def _rows(self, phi: Array, weights: Array) -> Array:
+    def _rows(self, phi: Array, weights: Weights) -> Array:
         """Gradients by KNOWNS, a row each angle, of the signals times their weights."""
         rows = np.zeros((len(phi), len(KNOWNS)))
-        rows[:, : len(GEOMETRY)] = self.source.gradient(phi, weights)
+        rows[:, : len(GEOMETRY)] = self.source.gradient(phi, _dense(weights, len(phi)))
         return rows
 
     def _row_of(self, signal: int, phi: Array) -> Array:
         """The gradient by KNOWNS of a signal at one angle."""
-        weights = np.zeros((1, len(SIGNALS)))
-        weights[0, signal] = 1.0
-        return np.asarray(self._rows(phi, weights)[0])
+        return np.asarray(self._rows(phi, {signal: 1.0})[0])
 
     def _at(self, event: Event, quantity: Quantity) -> Found:
         """A smooth value at an event."""
         phi = np.array([event.phi])
-        values, rates = self.source.sample(phi)
-        q, weights, explicit, add = quantity(phi, values, np.ones(1))
+        values, rates = self._signals_at(event.phi)
+        q, weights, explicit, add = quantity(phi, values, 1.0)
 
         def gradients() -> Array:
             rows = self._rows(phi, weights)
             add(rows)
-            moved: Array = ((weights * rates).sum() + explicit) * event.gradient
+            moved: Array = _slope(weights, rates, explicit) * event.gradient
             return rows + moved
 
         return Found(((1.0, Part(0, q, phi, gradients)),))
 
+    def _signals_at(self, phi: float) -> tuple[Array, Array]:
+        """The signals at an event and their derivatives by phi: several measures ask for them."""
+        if phi not in self._events:
+            self._events[phi] = self.source.sample(np.array([phi]))
+        return self._events[phi]
+
     # ---- events -------------------------------------------------------------------------------------
 
-    def _level_point(self, k: int) -> Event:
-        """Where y' = 0 beside the node k, an extreme of y."""
+    def _level_point(self, k: int, falls: bool) -> Event:
+        """Where y' = 0 beside the node k, an extreme of y; falls: the highest."""
         step = 2 * math.pi / self.nodes
         side = -1.0 if self.rates[k, Y] * self.rates[(k - 1) % self.nodes, Y] <= 0 else 1.0
         low, high = sorted((self.phi[k], self.phi[k] + side * step))
-        phi, slope = self._newton(Y1, 0.0, low, high)
+        phi, slope = self._newton(Y1, 0.0, low, high, falls)
         return Event(phi, lambda: -self._row_of(Y1, np.array([phi])) / slope)
 
     @cached_property
     def lowest(self) -> Event:
         """The tip at its lowest."""
-        return self._level_point(int(np.argmin(self.values[:, Y])))
+        return self._level_point(int(self.values[:, Y].argmin()), falls=False)
 
     @cached_property
     def highest(self) -> Event:
         """The tip at its highest."""
-        return self._level_point(int(np.argmax(self.values[:, Y])))
+        return self._level_point(int(self.values[:, Y].argmax()), falls=True)
 
     @cached_property
     def surface(self) -> tuple[float, Callable[[], Array]]:
         """Height of the ridge's surface above O, and its gradient by KNOWNS."""
         bottom = self._at(self.lowest, _signal(Y))
-        return bottom.value + self.operation.depth, lambda: bottom.gradient + np.eye(len(KNOWNS))[DEPTH]
+        return bottom.value + self.operation.depth, lambda: bottom.gradient + _unit(DEPTH)
 
     def _rising(self, start: Event, direction: int, level: tuple[float, Callable[[], Array]], what: str) -> Event:
         """Where the tip, from an event on in a direction of phi, first reaches a height."""
         height, gradient = level
         step = 2 * math.pi / self.nodes
         first = math.floor(start.phi / step) + (direction > 0)
-        for k in range(self.nodes):
-            outer = first + direction * k
-            if self.values[outer % self.nodes, Y] >= height:
-                break
-        else:
+        passed = first + direction * np.arange(self.nodes)
+        is_above = self.values[passed % self.nodes, Y] >= height
+        if not is_above.any():
             raise NoMeasure(f"the tip never reaches {what}: it lies above the whole path")
+        outer = int(passed[is_above.argmax()])
         inner = max(outer * step - step, start.phi) if direction > 0 else min(outer * step + step, start.phi)
         low, high = sorted((outer * step, inner))
-        phi, slope = self._newton(Y, height, low, high)
+        phi, slope = self._newton(Y, height, low, high, falls=direction < 0)
         return Event(phi, lambda: (gradient() - self._row_of(Y, np.array([phi]))) / slope)
 
-    def _newton(self, signal: int, level: float, low: float, high: float) -> tuple[float, float]:
-        """Where a signal has a level between two angles that enclose it, and its slope there: Newton's steps, halving
-        what would leave the bracket.
+    def _newton(self, signal: int, level: float, low: float, high: float, falls: bool) -> tuple[float, float]:
+        """Where a signal rises through a level, or falls, between two angles that enclose it, and its slope there:
+        Newton's steps, halving what would leave the bracket.
         """
-        phi, falls = 0.5 * (low + high), None
+        phi = 0.5 * (low + high)
         for _ in range(MOST_STEPS):
             values, rates = self.source.sample(np.array([phi]))
             excess, slope = float(values[0, signal]) - level, float(rates[0, signal])
-            if falls is None:  # which way it crosses, told at the end that this is on
-                falls = float(self.source.sample(np.array([low]))[0][0, signal]) > level
             low, high = (phi, high) if (excess > 0) == falls else (low, phi)
             step = -excess / slope if slope else math.inf
             step = step if low <= phi + step <= high else 0.5 * (low + high) - phi
             phi += step
             if abs(step) <= CLOSE:
                 break
-        return phi, float(self.source.sample(np.array([phi]))[1][0, signal])
+        return phi, float(self._signals_at(phi)[1][0, signal])
 
     @cached_property
     def entry(self) -> Event:
@@ -311,17 +316,21 @@ class Turn:
     def above_seedling(self) -> Event:
         """The tip on its way out, as high as the planted seedling's top."""
         height, gradient = self.surface
-        top = height + self.operation.seedling, lambda: gradient() + np.eye(len(KNOWNS))[SEEDLING]
+        top = height + self.operation.seedling, lambda: gradient() + _unit(SEEDLING)
         return self._rising(self.exit, +1, top, "the seedling's top")
 
     # ---- extremes -----------------------------------------------------------------------------------
 
     def over_turn(self, quantity: Quantity, sign: int) -> Found:
         """The greatest (sign +1) or least (-1) of a quantity over the turn, whose windows begin at fixed angles."""
-        phi = np.append(self.phi, 2 * math.pi)
-        values, rates = (np.vstack([each, each[:1]]) for each in (self.values, self.rates))
-        (part,) = self._extremes(quantity, (sign,), (phi, values, rates), WINDOWS)
+        (part,) = self._extremes(quantity, (sign,), self._closed, WINDOWS)
         return Found(((1.0, part),))
+
+    @cached_property
+    def _closed(self) -> tuple[Array, Array, Array]:
+        """Angles and signals of the turn, its end as its beginning."""
+        values, rates = (np.concatenate([each, each[:1]]) for each in (self.values, self.rates))
+        return np.append(self.phi, 2 * math.pi), values, rates
 
     def in_soil(self, quantity: Quantity) -> Found:
         """Greatest less least of a quantity while the tip is below the surface."""
@@ -331,14 +340,10 @@ class Turn:
     def _between(self, start: Event, end: Event, quantity: Quantity, signs: tuple[int, ...]) -> list[Part]:
         """Extremes between two events: their windows move with them."""
         key = (start.phi, end.phi)
-        if key not in self._sampled:
+        if key not in self._stays:
             phi = start.phi + np.linspace(0, 1, self.soil_nodes + 1) * (end.phi - start.phi)
-            self._sampled[key] = (phi, *self.source.sample(phi))
-        return self._extremes(quantity, signs, self._sampled[key], SOIL_WINDOWS, (start, end))
-
-    @cached_property
-    def _sampled(self) -> dict[tuple[float, float], tuple[Array, Array, Array]]:
-        return {}
+            self._stays[key] = (phi, *self.source.sample(phi))
+        return self._extremes(quantity, signs, self._stays[key], SOIL_WINDOWS, (start, end))
 
     def _extremes(
         self,
@@ -350,52 +355,50 @@ class Turn:
     ) -> list[Part]:
         """For each sign the extremes in all windows, from samples at equal steps of phi, both ends included."""
         phi, values, rates = sampled
-        sign = np.repeat(np.array(signs, dtype=float), windows)
+        sides = np.array(signs, dtype=float)
+        sign = np.repeat(sides, windows)
 
-        def slopes(phi: Array, values: Array, rates: Array, sign: Array) -> tuple[Array, Array]:
-            q, weights, explicit, _ = quantity(phi, values, sign)
-            return q, (weights * rates).sum(axis=1) + explicit
+        def slope_at(phi: Array, chosen: Array) -> Array:
+            values, rates = self.source.sample(phi)
+            _, weights, explicit, _ = quantity(phi, values, sign[chosen])
+            return _slope(weights, rates, explicit)
 
-        grid = [slopes(phi, values, rates, np.full(len(phi), float(each))) for each in signs]
-        at = _window_extremes(
-            phi,
-            np.array([q for q, _ in grid]),
-            np.array([slope for _, slope in grid]),
-            sign,
-            windows,
-            lambda phi, chosen: slopes(phi, *self.source.sample(phi), sign[chosen])[1],
-        )
+        q, weights, explicit, _ = quantity(phi, values, sides[:, None])
+        shape = (len(signs), len(phi))
+        slope = np.broadcast_to(_slope(weights, rates, explicit), shape)
+        at = _window_extremes(phi, np.broadcast_to(q, shape), slope, sign, windows, slope_at)
         values, rates = self.source.sample(at)
         q, weights, explicit, add = quantity(at, values, sign)
 
-        def gradients(chosen: slice) -> Array:
+        @cache
+        def gradients() -> Array:
             rows = self._rows(at, weights)
             add(rows)
             if ends is not None:
                 start, end = ends
                 share = ((at - start.phi) / (end.phi - start.phi))[:, None]
                 moves = (1 - share) * start.gradient + share * end.gradient
-                rows += ((weights * rates).sum(axis=1) + explicit)[:, None] * moves
-            return rows[chosen]
+                rows += _slope(weights, rates, explicit)[:, None] * moves
+            return rows
 
         def part(k: int) -> Part:
             chosen = slice(k * windows, (k + 1) * windows)
-            return Part(signs[k], q[chosen], at[chosen], lambda: gradients(chosen))
+            return Part(signs[k], q[chosen], at[chosen], lambda: gradients()[chosen])
 
         return [part(k) for k in range(len(signs))]
 
     # ---- quantities ---------------------------------------------------------------------------------
 
-    def ground_x(self, phi: Array, values: Array, _: Array) -> Any:
+    def ground_x(self, phi: Array, values: Array, _: Any) -> Any:
         """The tip's place along the row, over ground."""
         spacing, turned = self.operation.spacing, phi / (2 * math.pi)
 
         def add(rows: Array) -> None:
             rows[:, SPACING] += turned
 
-        return values[:, X] + spacing * turned, _weights(values, X), spacing / (2 * math.pi), add
+        return values[:, X] + spacing * turned, {X: 1.0}, spacing / (2 * math.pi), add
 
-    def ground_speed(self, _phi: Array, values: Array, _: Array) -> Any:
+    def ground_speed(self, _phi: Array, values: Array, _: Any) -> Any:
         """The tip's speed over ground along the row."""
         w = self.operation.w
         by_angle = values[:, X1] + self.operation.spacing / (2 * math.pi)
@@ -404,17 +407,16 @@ class Turn:
             rows[:, SPACING] += w / (2 * math.pi)
             rows[:, SPEED] += by_angle
 
-        return w * by_angle, w * _weights(values, X1), 0.0, add
+        return w * by_angle, {X1: w}, 0.0, add
 
-    def at_surface(self, phi: Array, values: Array, side: Array) -> Any:
+    def at_surface(self, phi: Array, values: Array, side: Any) -> Any:
         """Where the nozzle meets the surface along the row over ground: its axis, with half the body on a side."""
         height, gradient = self.surface
-        q, weights, explicit, add_ground = self.ground_x(phi, values, side)
+        q, _, explicit, add_ground = self.ground_x(phi, values, side)
         sine, cosine = np.sin(values[:, ANGLE]), np.cos(values[:, ANGLE])
         cot, across, below = cosine / sine, side / np.abs(sine), height - values[:, Y]
         body = self.operation.body / 2 * across
-        weights[:, Y] = -cot
-        weights[:, ANGLE] = -below / sine**2 - body * cot
+        weights = {X: 1.0, Y: -cot, ANGLE: -below / sine**2 - body * cot}
 
         def add(rows: Array) -> None:
             add_ground(rows)
@@ -428,10 +430,9 @@ class Turn:
         factor = self.operation.w**order
         x, y = (X1, Y1) if order == 1 else (X2, Y2)
 
-        def quantity(_phi: Array, values: Array, _: Array) -> Any:
+        def quantity(_phi: Array, values: Array, _: Any) -> Any:
             length = np.hypot(values[:, x], values[:, y])
-            weights = np.zeros_like(values)
-            weights[:, x], weights[:, y] = factor * values[:, x] / length, factor * values[:, y] / length
+            weights = {x: factor * values[:, x] / length, y: factor * values[:, y] / length}
 
             def add(rows: Array) -> None:
                 rows[:, SPEED] += order * factor / self.operation.w * length
@@ -590,7 +591,7 @@ class _Spectrum:
     def _gradient_series(self) -> NDArray[np.complex128]:
         """Of the gradient of the acceleration's first derivative by GEOMETRY."""
         turn = self._turn
-        x, y = (turn.source.gradient(turn.phi, _weights(turn.values, signal)) for signal in (X2, Y2))
+        x, y = (turn.source.gradient(turn.phi, _dense({signal: 1.0}, turn.nodes)) for signal in (X2, Y2))
         return np.asarray(1j * self._wave[:, None] * np.fft.fft(x + 1j * y, axis=0) / turn.nodes)
 
     def gradient_at(self, phi: Array) -> NDArray[np.complex128]:
@@ -603,10 +604,24 @@ class _Spectrum:
         return np.fft.ifft(self._gradient_series, axis=0) * self._turn.nodes
 
 
-def _weights(values: Array, signal: int) -> Array:
-    weights = np.zeros_like(values)
-    weights[:, signal] = 1.0
-    return weights
+def _dense(weights: Weights, poses: int) -> Array:
+    """As a source takes them: a row each pose, a column each of SIGNALS."""
+    rows = np.zeros((poses, len(SIGNALS)))
+    for signal, weight in weights.items():
+        rows[:, signal] = weight
+    return rows
+
+
+def _unit(known: int) -> Array:
+    """The gradient of one of KNOWNS."""
+    row = np.zeros(len(KNOWNS))
+    row[known] = 1.0
+    return row
+
+
+def _slope(weights: Weights, rates: Array, explicit: Any) -> Any:
+    """The derivative of a quantity by phi."""
+    return sum(weight * rates[:, signal] for signal, weight in weights.items()) + explicit
 
 
 def _nothing(_: Array) -> None:
@@ -616,10 +631,19 @@ def _nothing(_: Array) -> None:
 def _signal(number: int, offset: float = 0.0) -> Quantity:
     """A signal itself, with a constant added."""
 
-    def quantity(_phi: Array, values: Array, _: Array) -> Any:
-        return values[:, number] + offset, _weights(values, number), 0.0, _nothing
+    def quantity(_phi: Array, values: Array, _: Any) -> Any:
+        return values[:, number] + offset, {number: 1.0}, 0.0, _nothing
 
     return quantity
+
+
+@cache
+def _windows(rounds: int, windows: int, steps: int) -> tuple[Array, Array, Array]:
+    """Of each window of each round: the number of the round, its first node, and those of all its nodes in a grid of a
+    row each round.
+    """
+    of, first = np.repeat(np.arange(rounds), windows), np.tile(np.arange(windows) * steps, rounds)
+    return of, first, (of * (windows * steps + 1) + first)[:, None] + np.arange(steps + 1)
 
 
 def _window_extremes(
@@ -636,19 +660,22 @@ def _window_extremes(
     of every round. ``slope_at(phi, which)`` is asked for the slope in these of all the windows.
     """
     steps = (len(phi) - 1) // windows
-    rounds = np.repeat(np.arange(len(q)), windows)
-    first = np.tile(np.arange(windows) * steps, len(q))
-    inside = first[:, None] + np.arange(steps + 1)
-    best = first + np.argmax(sign[:, None] * q[rounds[:, None], inside], axis=1)
-    rise = sign * slope[rounds, best]
+    of, first, inside = _windows(len(q), windows, steps)
+    best = first + (sign[:, None] * q.ravel()[inside]).argmax(axis=1)
+    here = slope[of, best]
+    rise = sign * here
     other = best + ((rise > 0) & (best < first + steps)) - ((rise < 0) & (best > first))
+    there = slope[of, other]
     # The extreme lies between the nodes where the slope changes its sign there; else two lie there, and the node does.
-    chosen = np.flatnonzero(slope[rounds, other] * slope[rounds, best] < 0)
-    at: Array = phi[best].copy()
+    (chosen,) = (there * here < 0).nonzero()
+    at: Array = phi[best]
     if len(chosen):
-        low, high = np.minimum(best, other)[chosen], np.maximum(best, other)[chosen]
-        of = rounds[chosen]
-        at[chosen] = _roots(lambda phi: slope_at(phi, chosen), phi[low], phi[high], slope[of, low], slope[of, high])
+        ends = best[chosen], other[chosen]
+        is_before = ends[0] < ends[1]
+        low, high = (phi[np.where(is_before, *each)] for each in (ends, ends[::-1]))
+        slopes = here[chosen], there[chosen]
+        f_low, f_high = (np.where(is_before, *each) for each in (slopes, slopes[::-1]))
+        at[chosen] = _roots(lambda phi: slope_at(phi, chosen), low, high, f_low, f_high)
     return at
 
 
@@ -664,7 +691,7 @@ def _roots(function: Callable[[Array], Array], low: Array, high: Array, f_low: A
         for _ in range(FEW_STEPS):
             f = function(at)
             step = f * (at - before) / (f - f_before)
-            step = np.where(np.isfinite(step), step, 0.0)
+            step[~np.isfinite(step)] = 0.0
             before, f_before, at = at, f, np.minimum(np.maximum(at - step, low), high)
             if np.abs(step).max() <= CLOSE:
                 return at

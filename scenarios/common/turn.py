@@ -17,7 +17,7 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Iterable, Mapping
-from ctypes import POINTER, byref, c_double, c_int64, c_size_t, c_uint32, c_uint64, c_void_p, cast
+from ctypes import POINTER, addressof, c_int64, c_size_t, c_uint32, c_uint64, c_void_p, cast
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -86,7 +86,27 @@ def loop() -> ctypes.CDLL:
             if compiled.returncode:
                 raise FmuError(f"The loop over a turn, turn.c, cannot be compiled: {compiled.stderr.strip()}")
             made.replace(library)  # whole or not at all, whoever else is at it
-    return ctypes.CDLL(os.fspath(library))
+    loaded = ctypes.CDLL(os.fspath(library))
+    loaded.turn_sample.argtypes = [c_void_p, c_size_t, *[c_void_p] * 4]
+    loaded.turn_gradient.argtypes = [c_void_p, c_size_t, *[c_void_p] * 5]
+    return loaded
+
+
+class _Held:
+    """Rows of numbers that stay where they are until more are needed: to find an array's address takes as long as
+    several poses.
+    """
+
+    def __init__(self, columns: int) -> None:
+        self.rows = np.empty((0, columns))
+        self.room(512)
+
+    def room(self, count: int) -> np.ndarray:
+        """So many rows, of any content."""
+        if count > len(self.rows):
+            self.rows = np.empty((count, self.rows.shape[1]))
+            self.address = self.rows.ctypes.data
+        return self.rows[:count]
 
 
 class FmuSource:
@@ -114,6 +134,11 @@ class FmuSource:
             self.close()
             raise
         self._loop = loop()
+        self._at = c_size_t()
+        self._phi, self._scratch = _Held(1), _Held(len(OUTPUTS))
+        self._values, self._rates, self._weights = (_Held(len(OUTPUTS)) for _ in range(3))
+        self._gradients = _Held(len(KNOWNS))
+        self._host_address, self._at_address = addressof(self._host), addressof(self._at)
         self.poses = 0  # asked for so far
 
     def _start(self) -> None:
@@ -187,27 +212,29 @@ class FmuSource:
 
     def sample(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The SIGNALS at each angle in rad, a row each, and their derivatives by it. Raises Refused."""
-        phi = np.array(phi, dtype=float)
-        values, rates = np.empty((2, len(phi), len(OUTPUTS)))
-        self._call(self._loop.turn_sample, phi, values, rates)
-        return values, rates
+        n = self._call(self._loop.turn_sample, phi, self._values, self._rates)
+        return self._values.rows[:n].copy(), self._rates.rows[:n].copy()
 
     def gradient(self, phi: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """The gradient by GEOMETRY, a row each angle, of the sum of the SIGNALS times their weights. Raises Refused."""
-        phi, weights = np.array(phi, dtype=float), np.array(weights, dtype=float, order="C")
-        gradients = np.empty((len(phi), len(KNOWNS)))
-        self._call(self._loop.turn_gradient, phi, weights, gradients, np.empty(len(OUTPUTS)))
-        return gradients
+        self._weights.room(len(phi))[:] = weights
+        n = self._call(self._loop.turn_gradient, phi, self._weights, self._gradients, self._scratch)
+        return self._gradients.rows[:n].copy()
 
-    def _call(self, function: Any, phi: np.ndarray, *arrays: np.ndarray) -> None:
-        at = c_size_t()
-        pointers = [byref(c_double.from_buffer(array)) for array in (phi, *arrays)]
+    def _call(self, function: Any, phi: np.ndarray, *held: _Held) -> int:
+        """For all angles; returns how many they are."""
+        n = len(phi)
+        self._phi.room(n)[:, 0] = phi
+        for each in held:
+            each.room(n)
         self.messages.clear()
-        self.poses += len(phi)
-        status = function(byref(self._host), c_size_t(len(phi)), *pointers, byref(at))
+        self.poses += n
+        addresses = [each.address for each in held]
+        status = function(self._host_address, n, self._phi.address, *addresses, self._at_address)
         if status != OK:
-            angle = np.degrees(phi[at.value]) % 360
+            angle = np.degrees(phi[self._at.value]) % 360
             raise Refused(self._said() or f"status {status} at the crank angle {angle:.2f} deg")
+        return n
 
     def _said(self) -> str:
         """The FMU's first message, without the name of the FMI function: later ones repeat it."""

@@ -3,8 +3,8 @@
     python -m scenarios.sweep
     python -m scenarios.sweep --parameter geometry.L1=45mm:55mm --parameter scene.spacing=300mm:500mm --grid 9
 
-Every run is one row of a Parquet dataset, ``results/`` in the study's own folder, written as soon as it
-is done. A sweep that was stopped, however hard, goes on where it was when it is started again. A run that
+Every run is one row of a Parquet dataset, ``results/`` in the study's own folder, written within a second
+of its end. A sweep that was stopped, however hard, goes on where it was when it is started again. A run that
 the FMU refuses is a row too, with its message. ``sweep.png`` shows the trade-off between swept width,
 lean and acceleration.
 
@@ -31,7 +31,8 @@ import tempfile
 import time
 import uuid
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -52,7 +53,7 @@ from transplanter_linkage.measures import MEASURES as CYCLE
 from scenarios.common import command, reports, units
 from scenarios.common.instance import FmuError, Refused, first_line, require_fmu
 from scenarios.common.variants import PREFIX, unit_of
-from scenarios.sweep.scenes import OWN, SweepError, find_scene, run_point
+from scenarios.sweep.scenes import OWN, Point, SweepError, find_scene, run_parcel
 
 # The parameters of the paper's section 4, each as far as the linkage still turns or a little beyond.
 DEFAULT_RANGES = {
@@ -63,11 +64,12 @@ DEFAULT_RANGES = {
 }
 OUTPUT = command.ROOT / "build" / "reports" / "sweep"
 SAMPLES = 200
-MERGE_AT = 256  # files of one row each are merged into one when there are so many
+MERGE_AT = 256  # files are merged into one when there are so many
 SCENE = "scenarios.sweep.scenes:planting_cycle"
 PATIENCE = "5s"  # for a scheduler to answer
 LIMIT = 600.0  # s that one run may take
-AHEAD = 16  # runs given to each worker at a time
+AHEAD = 2  # parcels of runs given to each worker at a time
+MOST_RUNS, LONGEST = 128, 0.5  # in a parcel, at most: runs, and s until it begins no other run
 MEASURES = ("swept", "lean", "peak_acceleration")
 SHOWN = (*MEASURES, "ground_speed")  # in the table
 
@@ -129,9 +131,10 @@ class Results:
             os.fsync(file.fileno())
         return writing.replace(path)
 
-    def add(self, row: Mapping[str, object]) -> None:
-        """Keep a row, for good when this returns."""
-        self._write(pa.Table.from_pylist([dict(row)]))
+    def add(self, *rows: Mapping[str, object]) -> None:
+        """Keep rows, for good when this returns."""
+        names = dict.fromkeys(name for row in rows for name in row)  # some rows lack what others have
+        self._write(pa.Table.from_pylist([{name: row.get(name) for name in names} for row in rows]))
         self._waiting += 1
         if self._waiting >= MERGE_AT:
             self.merge()
@@ -238,51 +241,72 @@ def sweep(
     )
     # A task rather than scattered data: when its worker dies, Dask can make it anew.
     content = client.submit(bytes, fmu.read_bytes(), pure=False)
-    suspects: list[tuple[int, dict[str, float]]] = []
-    running: dict[Future, tuple[int, dict[str, float]]] = {}
+    left: deque[Point] = deque()  # of parcels that took too long
+    suspects: list[Point] = []
+    running: dict[Future, list[Point]] = {}
 
-    def start(points: Iterable[tuple[int, dict[str, float]]]) -> list[Future]:
-        begun = {client.submit(run_point, study.scene, content, *point, limit, pure=False): point for point in points}
-        running.update(begun)
-        return list(begun)
+    size = 1  # of a parcel: more where runs are short
+
+    def start(points: list[Point]) -> Future:
+        begun = client.submit(run_parcel, study.scene, content, points, LONGEST, limit, pure=False)
+        running[begun] = points
+        return begun
+
+    def parcels(count: int) -> Iterator[Future]:
+        for _ in range(count):
+            if points := list(itertools.islice(itertools.chain(_emptied(left), missing), size)):
+                yield start(points)
 
     def finish(future: Future, is_guilty: bool, seconds: float = 0.0) -> None:
-        """Keep its row. is_guilty: if its process has ended, then through this run."""
-        key, parameters = point = running.pop(future)
+        """Keep its rows. is_guilty: if its process has ended, then through the one run that it was."""
+        nonlocal size
+        points = running.pop(future)
         if future.status == "finished":
-            row = future.result()
+            rows = future.result()
+            left.extend(points[len(rows) :])
+            is_short = sum(row["seconds"] for row in rows) < LONGEST / 4
+            size = min(MOST_RUNS, max(size, 2 * len(points))) if is_short else min(size, len(rows))
         elif future.status != "error":
             raise SweepError("The Dask cluster is gone. What was done is kept: the same command goes on from there.")
         elif not is_guilty:
-            suspects.append(point)
+            suspects.extend(points)
             return
         else:
-            row = {
-                "point": key,
-                **parameters,
-                "status": "failed",
-                "message": f"no end within {limit:g} s: its process was ended"
-                if seconds >= limit
-                else f"the process that ran it ended: {first_line(future.exception())}",
-            }
-        results.add(row)
-        done(1)
+            ((key, parameters),) = points
+            rows = [
+                {
+                    "point": key,
+                    **parameters,
+                    "status": "failed",
+                    "message": f"no end within {limit:g} s: its process was ended"
+                    if seconds >= limit
+                    else f"the process that ran it ended: {first_line(future.exception())}",
+                }
+            ]
+        results.add(*rows)
+        done(len(rows))
 
-    queue = as_completed(start(itertools.islice(missing, AHEAD * max(1, len(client.nthreads())))))
+    queue = as_completed(parcels(AHEAD * max(1, len(client.nthreads()))))
     for future in queue:
         finish(future, is_guilty=False)
-        queue.update(start(itertools.islice(missing, 1)))
-    # A process ended through this run, through another one that waited there, or through the machine: once more,
-    # alone, and what ends it then once more again.
+        queue.update(list(parcels(1)))
+    # A process ended through this run, through another one that was in its parcel or waited there, or through the
+    # machine: once more, alone, and what ends it then once more again.
     attempts = 2
     for attempt in range(1, attempts + 1):
         again, suspects[:] = tuple(suspects), ()
         for point in again:
             begin = time.monotonic()
-            (future,) = start([point])
+            future = start([point])
             wait(future)
             seconds = time.monotonic() - begin
             finish(future, attempt == attempts or seconds >= limit, seconds)
+
+
+def _emptied(points: deque[Point]) -> Iterator[Point]:
+    """Takes them out, one by one."""
+    while points:
+        yield points.popleft()
 
 
 def front(values: np.ndarray) -> np.ndarray:

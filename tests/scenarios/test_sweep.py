@@ -169,7 +169,7 @@ def test_killed_and_started_again_it_loses_nothing_and_repeats_nothing(
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - the tests have no threads
         )
         deadline = time.monotonic() + HANG
-        while len(list((output / "results").glob("*.parquet"))) < until and time.monotonic() < deadline:
+        while len(rows(output)) < until and time.monotonic() < deadline:
             time.sleep(0.01)
         return process
 
