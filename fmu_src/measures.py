@@ -361,7 +361,7 @@ class Turn:
         def slope_at(phi: Array, chosen: Array) -> Array:
             values, rates = self.source.sample(phi)
             _, weights, explicit, _ = quantity(phi, values, sign[chosen])
-            return _slope(weights, rates, explicit)
+            return np.asarray(_slope(weights, rates, explicit))
 
         q, weights, explicit, _ = quantity(phi, values, sides[:, None])
         shape = (len(signs), len(phi))

@@ -46,6 +46,17 @@ def plants(most: int) -> Callable[[str], int]:
     return number
 
 
+def whole(least: int, most: int) -> Callable[[str], int]:
+    """The type of an option: a whole number within limits."""
+
+    def number(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} to {most}")
+        return int(text)
+
+    return number
+
+
 def between(low: float, high: float, what: str, unit: str = "") -> Callable[[str], float]:
     """A type of option: a number within limits; the message asks for `what`, its limits and their unit."""
 

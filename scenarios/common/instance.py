@@ -309,6 +309,12 @@ def describe(path: Path) -> ModelDescription:
     return _describe(path, about.st_mtime_ns, about.st_size)
 
 
+def starts(path: Path) -> dict[str, float]:
+    """The start values of an FMU's real parameters by name; raises FmuError where it cannot be read."""
+    variables = describe(path).modelVariables
+    return {v.name: float(v.start) for v in variables if v.causality == "parameter" and v.type in ("Real", "Float64")}
+
+
 @lru_cache(maxsize=32)
 def _describe(path: Path, _time: int, _size: int) -> ModelDescription:
     try:

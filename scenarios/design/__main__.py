@@ -15,6 +15,7 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ from scenarios.design.tolerances import spreads
 
 OUTPUT = command.ROOT / "build" / "reports" / "design"
 TIMES = 10  # the turns that a rival is given, in those of the gradients
-SEEDS = (1, 2)  # of the rivals
+SEEDS = 3  # of a front, where its methods are compared
 SAME = 1e-9  # of a value: re-measured from the parameter set
 
 
@@ -70,8 +71,10 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
                     source, found.geometry, found.turn.operation, study.tolerances, study.samples, bar.update
                 )
         names = [each.measure for each in study.objectives] if result.front else []
+        if names:
+            repeat(source, study, figures_then, found, options)
         if options.rivals and names:
-            compete(source, study, result, figures_then, found)
+            compete(source, study, figures_then, found, options.seeds)
         source.set(found.geometry)
         pictures = draw(options.output, found, names)
         written = report.write(options.output, found, pictures, names, study.reference)
@@ -104,19 +107,32 @@ def findings(
     return report.Findings(problem, result, best, published, turn, geometry, dense)
 
 
-def compete(
-    source: FmuSource, study: Study, result: search.Result, figures_then: dict[str, float], found: report.Findings
+def repeat(
+    source: FmuSource, study: Study, figures_then: dict[str, float], found: report.Findings, options: argparse.Namespace
 ) -> None:
-    """Give the rivals their turns."""
+    """The front from other random starts."""
+    found.fronts.append(found.result)
+    with tqdm(
+        total=(options.seeds - 1) * search.jobs(study), desc="seeds", unit="job", leave=False, disable=None
+    ) as bar:
+        for seed in range(study.seed + 1, study.seed + options.seeds):
+            store = search.Store(options.output / "jobs" / f"seed-{seed}")
+            found.fronts.append(search.run(source, replace(study, seed=seed), figures_then, store, bar.update))
+
+
+def compete(
+    source: FmuSource, study: Study, figures_then: dict[str, float], found: report.Findings, seeds: int
+) -> None:
+    """Give the rivals their turns, a seed each."""
     if not rivals.available():
         raise FmuError("--rivals needs pymoo: make .venv/ready-bench")
-    found.rival_turns = TIMES * result.turns
-    total = found.rival_turns * len(SEEDS) * len(rivals.METHODS)
+    found.rival_turns = TIMES * found.result.turns
+    total = found.rival_turns * seeds * len(rivals.METHODS)
     with tqdm(total=total, desc="rivals", unit="turn", leave=False, disable=None) as bar:
         for method in rivals.METHODS:
             runs = (
                 rivals.run(Problem(source, study, figures_then), method, found.rival_turns, seed, bar.update)
-                for seed in SEEDS
+                for seed in range(study.seed, study.seed + seeds)
             )
             found.rivals[method] = list(runs)
 
@@ -158,9 +174,8 @@ def show(console: Console, found: report.Findings, names: list[str]) -> None:
         if found.study.reference:
             units = " x ".join(MEASURES[name].unit for name in names)
             rows = report.volumes(found, names, found.study.reference)
-            reports.show_table(
-                console, "", ("method", f"hypervolume / ({units})", "whole turns"), rows, words=("whole turns",)
-            )
+            title = f"Hypervolume / ({units}), greater is better"
+            reports.show_table(console, title, report.VOLUMES, rows, words=("whole turns",))
     reports.show_table(console, "Figure by figure", *report.figures_table(found))
     reports.show_table(console, "Its parameters", *report.parameters_table(found), words=("ended",))
     if found.best.is_feasible:
@@ -192,8 +207,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         action="store_true",
         help="of a front: hold pymoo's NSGA-II and CMOPSO beside it, with ten times the turns",
     )
+    parser.add_argument(
+        "--seeds",
+        type=command.whole(1, 100),
+        metavar="N",
+        help=f"of a front: search it with so many seeds, from the study's on (default: 1; with --rivals {SEEDS})",
+    )
     parser.set_defaults(fmu=command.FMI3)
     options = parser.parse_args(arguments)
+    options.seeds = options.seeds or (SEEDS if options.rivals else 1)
     try:
         return command.run(scenario, options)
     except StudyError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,6 +22,7 @@ MODEL = (
     "No such model knows whether links collide, how the seedling is let go, or how much room there is to build: "
     "that is the designer's to check."
 )
+VOLUMES = ("method", "least", "median", "of each seed", "whole turns")
 REDUNDANT = {"L8", "L9", "theta8", "theta9"}
 
 
@@ -40,9 +41,9 @@ class Findings:
     again_fmu: str = ""
     spreads: list[Spread] = field(default_factory=list)
     refused: int = 0
+    fronts: list[Result] = field(default_factory=list)  # of each seed, the study's own first
     rivals: dict[str, list[np.ndarray]] = field(default_factory=dict)
     rival_turns: int = 0
-    seconds: float = 0.0
 
     @property
     def study(self):
@@ -154,16 +155,21 @@ def front_table(found: Findings, names: list[str]) -> tuple[tuple[str, ...], lis
     return ("point", *map(label, names), ""), rows
 
 
-def volumes(found: Findings, names: list[str], reference: tuple[float, ...]) -> list[tuple[str, str, str]]:
-    """(method, hypervolume in shown units, turns); of rivals each seed's."""
+def volumes(found: Findings, names: list[str], reference: tuple[float, ...]) -> list[tuple[str, ...]]:
+    """Under VOLUMES: what the fronts of each method enclose in shown units, over its seeds."""
     scale = np.array([MEASURES[name].scale for name in names])
     far = tuple(scale * reference)
-    mine = np.array([[each.values[name] for name in names] for each in found.result.front]) * scale
-    rows = [("gradients, epsilon-constraint", f"{hypervolume(mine, far):.0f}", str(found.result.turns))]
-    for name, runs in found.rivals.items():
-        each = ", ".join(f"{hypervolume(points * scale, far):.0f}" for points in runs)
-        rows.append((name, each, f"{found.rival_turns} each"))
-    return rows
+
+    def row(method: str, fronts: Iterable[np.ndarray], turns: str) -> tuple[str, ...]:
+        each = [hypervolume(points * scale, far) for points in fronts]
+        return (method, f"{min(each):.0f}", f"{np.median(each):.0f}", ", ".join(f"{v:.0f}" for v in each), turns)
+
+    mine = [np.array([[each.values[name] for name in names] for each in result.front]) for result in found.fronts]
+    turns = ", ".join(str(result.turns) for result in found.fronts)
+    return [
+        row("gradients, epsilon-constraint", mine, turns),
+        *(row(name, runs, f"{found.rival_turns} each") for name, runs in found.rivals.items()),
+    ]
 
 
 def sentences(found: Findings) -> list[str]:
@@ -225,11 +231,11 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         ]  # fmt: skip
         if by:
             units_ = " x ".join(MEASURES[name].unit for name in names)
-            parts += [
-                reports.markdown_table(
-                    ("method", f"hypervolume / ({units_})", "whole turns"), volumes(found, names, by)
-                )
-            ]
+            far = ", ".join(
+                f"{MEASURES[name].shown(v):g} {MEASURES[name].unit}" for name, v in zip(names, by, strict=True)
+            )
+            parts += [f"Hypervolume, up to {far}, in {units_}: greater is better.", ""]
+            parts += [reports.markdown_table(VOLUMES, volumes(found, names, by))]
     parts += ["## Figure by figure", "", reports.markdown_table(*figures_table(found))]
     parts += ["![Paths and linkages](designs.png)", "", "## Its parameters", ""]
     parts += [reports.markdown_table(*parameters_table(found)), "## What limits it", ""]

@@ -11,7 +11,8 @@ lean and acceleration.
 A scene is a function (path of the FMU, {parameter: value}, *, own=...) -> {name: number}; ``--scene
 package.module:function`` runs another than scenarios.sweep.scenes:planting_cycle, for instance
 scenarios.field_row.scene:planted_row, the whole field row. What is varied are real parameters of the
-FMU, with their units or in SI units, and as ``scene.own`` the scene's own keyword arguments.
+FMU, with their units or in SI units, ``theta41``, the phase difference of the cranks, and as ``scene.own``
+the scene's own keyword arguments.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ from transplanter_linkage.measures import MEASURES as CYCLE
 
 from scenarios.common import command, reports, units
 from scenarios.common.instance import FmuError, Refused, first_line, require_fmu
-from scenarios.common.variants import PREFIX, unit_of
+from scenarios.common.variants import PHASE, PREFIX, unit_of
 from scenarios.sweep.scenes import OWN, Point, SweepError, find_scene, run_parcel
 
 # The parameters of the paper's section 4, each as far as the linkage still turns or a little beyond.
@@ -356,14 +357,18 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
         if usable.any():
             best = np.flatnonzero(usable)[front(np.abs(values[usable]))]
             names, shown = list(study.ranges), [name for name in SHOWN if name in table.column_names]
+            looks = {name: _looks(name) for name in names}
             rows = [
                 (
-                    *(f"{table[name][int(k)].as_py():.4g}" for name in names),
+                    *(f"{table[name][int(k)].as_py() * scale:.5g}" for name, (_, scale) in looks.items()),
                     *(f"{CYCLE[name].shown(table[name][int(k)].as_py()):.1f}" for name in shown),
                 )
                 for k in best[np.argsort(values[best, 0])]
             ]
-            headings = (*names, *(f"{name.replace('_', ' ')} / {CYCLE[name].unit}" for name in shown))
+            headings = (
+                *(f"{name} / {unit}" if unit else name for name, (unit, _) in looks.items()),
+                *(f"{name.replace('_', ' ')} / {CYCLE[name].unit}" for name in shown),
+            )
             reports.show_table(
                 console,
                 f"{len(best)} runs that no other beats in all three"
@@ -388,6 +393,13 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
     return written
 
 
+def _looks(name: str) -> tuple[str, float]:
+    """The unit in which people read what is varied, "" where none is known, and what an SI value is to be times."""
+    unit = _unit(name)
+    shown = units.SHOWN.get(unit or "", unit or "")
+    return shown, 1 / units.UNITS[shown][1] if shown else 1.0
+
+
 def study_of(options: argparse.Namespace) -> Study:
     """The study that a command line asks for; SweepError where it cannot be run."""
     require_fmu(options.fmu)
@@ -402,6 +414,11 @@ def study_of(options: argparse.Namespace) -> Study:
         for name, parameter in inspect.signature(find_scene(options.scene)).parameters.items()
         if parameter.kind is inspect.Parameter.KEYWORD_ONLY
     }
+    turned = {PREFIX + "phi1", PREFIX + "phi4"}
+    if turned <= known:
+        known.add(PHASE)
+    if {PHASE, PREFIX + "phi4"} <= set(ranges):
+        raise SweepError(f"{PREFIX}phi4 and {PHASE} cannot both be varied: it is phi1 + {PHASE}.")
     unknown = [name for name in ranges if name not in known]
     if unknown:
         raise SweepError(
@@ -412,11 +429,16 @@ def study_of(options: argparse.Namespace) -> Study:
     return Study(content, options.scene, ranges, options.grid, 0 if options.grid else options.samples, options.seed)
 
 
+def _unit(name: str) -> str | None:
+    """The SI unit of what is varied; None where it is not known here."""
+    own = {OWN + "spacing": "m", OWN + "cruise": "m/s", PHASE: "rad"}
+    known = name.removeprefix(PREFIX)
+    return unit_of(known) if name.startswith(PREFIX) and known in GEOMETRY else own.get(name)
+
+
 def _range(text: str) -> tuple[str, tuple[float, float]]:
     name, _, values = text.partition("=")
-    unit = "m" if name == OWN + "spacing" else None
-    if name.startswith(PREFIX) and name.removeprefix(PREFIX) in GEOMETRY:
-        unit = unit_of(name.removeprefix(PREFIX))
+    unit = _unit(name)
     try:
         low, high = (units.si(each, unit) for each in values.split(":"))
     except units.UnitError as error:
@@ -436,15 +458,6 @@ def _seconds(text: str) -> float:
     if not 0 < value < 1e9:
         raise argparse.ArgumentTypeError(f"{text!r} is not a time in s above 0")
     return value
-
-
-def _number(least: int, most: int) -> Callable[[str], int]:
-    def number(text: str) -> int:
-        if not text.isdecimal() or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} to {most}")
-        return int(text)
-
-    return number
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -469,20 +482,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--samples",
-        type=_number(1, 10**7),
+        type=command.whole(1, 10**7),
         default=SAMPLES,
         metavar="N",
         help="of a Latin hypercube (default: %(default)s)",
     )
     parser.add_argument(
         "--grid",
-        type=_number(2, 10**4),
+        type=command.whole(2, 10**4),
         default=0,
         metavar="N",
         help="instead: every combination of N values of each parameter",
     )
     parser.add_argument(
-        "--seed", type=_number(0, 2**31), default=1, help="of the Latin hypercube (default: %(default)s)"
+        "--seed", type=command.whole(0, 2**31), default=1, help="of the Latin hypercube (default: %(default)s)"
     )
     parser.add_argument(
         "--scheduler",
@@ -491,7 +504,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "cores of this machine); its workers need Python with the packages of the sweep",
     )
     parser.add_argument(
-        "--workers", type=_number(1, 1024), metavar="N", help="processes on this machine (default: cores)"
+        "--workers", type=command.whole(1, 1024), metavar="N", help="processes on this machine (default: cores)"
     )
     parser.add_argument(
         "--limit",

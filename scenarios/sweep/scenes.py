@@ -20,9 +20,10 @@ from pathlib import Path
 from dask.distributed import get_worker
 from transplanter_linkage.measures import Operation, Turn
 
-from scenarios.common.instance import FmuError, Refused, first_line
+from scenarios.common.instance import FmuError, Refused, first_line, starts
 from scenarios.common.operating_point import SPACING
 from scenarios.common.turn import FmuSource
+from scenarios.common.variants import PHASE, PREFIX
 
 OWN = "scene."  # prefix of the scene's own arguments among the parameters
 MEASURED = ("swept", "hole", "lean", "lean_change", "ground_speed", "height", "peak_acceleration", "margin")
@@ -94,7 +95,7 @@ def run_point(
         own = {name[len(OWN) :]: value for name, value in parameters.items() if name.startswith(OWN)}
         fmus = {name: value for name, value in parameters.items() if not name.startswith(OWN)}
         with _watchdog().over(limit):
-            found = find_scene(scene)(_unpacked(fmu), fmus, **own)
+            found = find_scene(scene)(_unpacked(fmu), _phased(_unpacked(fmu), fmus), **own)
         row |= {name: float(value) for name, value in found.items()}
         row |= {"status": "done", "message": ""}
     except Refused as refusal:
@@ -102,6 +103,15 @@ def run_point(
     except Exception as error:  # noqa: BLE001 - whatever a scene or an FMU may raise is worth a row, not the sweep's end
         row |= {"status": "failed", "message": f"{type(error).__name__}: {error}"}
     return row | {"seconds": time.perf_counter() - begin}
+
+
+def _phased(fmu: Path, parameters: dict[str, float]) -> dict[str, float]:
+    """The FMU's own parameters, where PHASE is told by phi4."""
+    if PHASE not in parameters:
+        return parameters
+    first, second = PREFIX + "phi1", PREFIX + "phi4"
+    phi1 = parameters[first] if first in parameters else starts(fmu)[first]
+    return {**{name: value for name, value in parameters.items() if name != PHASE}, second: phi1 + parameters[PHASE]}
 
 
 class _Watchdog:

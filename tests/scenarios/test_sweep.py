@@ -16,12 +16,13 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from scenarios.common.instance import starts
 from scenarios.field_row.partners.build import build as build_partners
 from scenarios.field_row.scene import planted_row
 from scenarios.sweep import __main__ as sweep
 from scenarios.sweep.__main__ import Results, Study, front, main
 from scenarios.sweep.figure import left_out
-from scenarios.sweep.scenes import planting_cycle, run_point
+from scenarios.sweep.scenes import MEASURED, planting_cycle, run_point
 from tests.conftest import PROJECT_ROOT
 from tests.scenarios.conftest import HANG
 
@@ -104,6 +105,17 @@ def test_the_field_row_is_a_scene_too(fmu_file: Path) -> None:
     assert wider["depth"] == pytest.approx(found["depth"], abs=2e-3) and found["work"] > 0
     row = run_point("scenarios.field_row.scene:planted_row", fmu_file.read_bytes(), 7, {"geometry.L1": 0.065})
     assert (row["point"], row["status"]) == (7, "refused") and "mm too long for the two links" in row["message"]
+
+
+def test_the_phase_difference_moves_phi4(fmu_file: Path) -> None:
+    """Beside phi1 where that is varied as well; what is kept is what was asked for."""
+    content, scene = fmu_file.read_bytes(), sweep.SCENE
+    for phi1 in ({}, {"geometry.phi1": 1.5}):
+        at = phi1.get("geometry.phi1", starts(fmu_file)["geometry.phi1"])
+        row = run_point(scene, content, 0, {**phi1, "theta41": 3.3})
+        direct = run_point(scene, content, 0, {**phi1, "geometry.phi4": at + 3.3})
+        assert row["status"] == "done" and row["theta41"] == 3.3 and "geometry.phi4" not in row
+        assert all(row[name] == direct[name] for name in MEASURED)
 
 
 def test_the_picture_says_which_runs_it_lacks_and_why() -> None:
@@ -337,6 +349,8 @@ def test_on_a_cluster_whose_workers_know_neither_the_project_nor_the_file(run_sc
     [
         (("--parameter", "geometry.L11=1:2"), "real parameter geometry.L11; they have body.AB.J, body.AB.m, "),
         (("--parameter", "scene.speed=1:2"), "real parameter scene.speed; they have"),
+        (("--parameter", "theta41=1:2", "--parameter", "geometry.phi4=1:2"), "phi4 and theta41 cannot both be varied"),
+        (("--parameter", "theta41=1mm:2mm"), "theta41: '1mm' is not an angle; units are rad, deg"),
         (("--parameter", "geometry.L1=1deg:2deg"), "geometry.L1: '1deg' is not a length; units are m, mm, cm"),
         (("--parameter", "geometry.L1=2:1"), "'geometry.L1=2:1' is not NAME=LOW:HIGH with LOW below HIGH"),
         (("--scene", "scenarios.sweep.scenes:none"), "There is no scene 'scenarios.sweep.scenes:none'"),
