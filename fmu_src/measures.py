@@ -62,6 +62,16 @@ class Source(Protocol):
         """A row each angle: the gradient by GEOMETRY, at that angle, of the SIGNALS times their weights, summed."""
 
 
+class Driven(Source, Protocol):
+    """A source that knows of masses, too: for the measures of torque."""
+
+    def torque(self, phi: Array, w: float) -> tuple[Array, Array]:
+        """What the drive gives at a steady speed w in rad/s, in N m, without soil, and its derivative by phi."""
+
+    def torque_gradient(self, phi: Array, w: float) -> Array:
+        """A row each angle: its gradient by GEOMETRY, MASSES and w."""
+
+
 @dataclass(frozen=True)
 class Operation:
     """How the linkage is used; SI units."""
@@ -74,8 +84,10 @@ class Operation:
 
 
 OPERATION = tuple(field.name for field in fields(Operation))
-KNOWNS = GEOMETRY + OPERATION
-SPACING, SPEED, DEPTH, BODY, SEEDLING = range(len(GEOMETRY), len(KNOWNS))
+# Of the six moving bodies, as the FMU's parameters are called: mass, centre of mass, moment of inertia.
+MASSES = tuple(f"body.{body}.{key}" for body in ("OA", "CD", "AB", "DE", "EF", "GF") for key in ("m", "x", "y", "J"))
+KNOWNS = GEOMETRY + OPERATION + MASSES
+SPACING, SPEED, DEPTH, BODY, SEEDLING = range(len(GEOMETRY), len(GEOMETRY) + len(OPERATION))
 
 
 @dataclass(frozen=True)
@@ -116,7 +128,11 @@ MEASURES = {
     "clearance": Measure(
         "at which the tip, between surface and seedling's top, passes the place planted on its way out", *MM
     ),
+    "peak_torque": Measure("that the drive gives for masses and weight at a steady speed, greatest size", "N.m", 1.0),
+    "rms_torque": Measure("that the drive gives for masses and weight at a steady speed, root mean square", "N.m", 1.0),
 }
+
+TORQUE = ("peak_torque", "rms_torque")  # which a turn lacks without masses
 
 
 class Event:
@@ -195,12 +211,19 @@ class Turn:
         self.phi = 2 * math.pi / nodes * np.arange(nodes)
         self.values, self.rates = source.sample(self.phi)
         self._found: dict[str, Found] = {}
+        self._lacking: dict[str, NoMeasure] = {}
         self._events: dict[float, tuple[Array, Array]] = {}
         self._stays: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
 
     def __getitem__(self, name: str) -> Found:
+        if name in self._lacking:
+            raise self._lacking[name]
         if name not in self._found:
-            self._found[name] = FORMULAS[name](self)
+            try:
+                self._found[name] = FORMULAS[name](self)
+            except NoMeasure as lack:
+                self._lacking[name] = lack
+                raise
         return self._found[name]
 
     def measure(self, *names: str) -> dict[str, float]:
@@ -496,6 +519,58 @@ class Turn:
 
         return Found(((1.0, Part(+1, values, at, gradients)),))
 
+    # ---- torque -------------------------------------------------------------------------------------
+
+    @cached_property
+    def _torque(self) -> tuple[Array, Array]:
+        """The torque and its derivative by phi over the turn."""
+        if not hasattr(self.source, "torque"):
+            raise NoMeasure("the torque is that of masses, of which this source knows nothing")
+        torque, slope = self.source.torque(self.phi, self.operation.w)
+        if not torque.any():
+            raise NoMeasure("no body has a mass: the torque is 0")
+        return torque, slope
+
+    def _rows_of_torque(self, phi: Array) -> Array:
+        """The gradient of the torque by KNOWNS, a row each angle."""
+        found = self.source.torque_gradient(phi, self.operation.w)  # type: ignore[attr-defined]
+        rows = np.zeros((len(phi), len(KNOWNS)))
+        rows[:, : len(GEOMETRY)] = found[:, : len(GEOMETRY)]
+        rows[:, -len(MASSES) :] = found[:, len(GEOMETRY) : -1]
+        rows[:, SPEED] = found[:, -1]
+        return rows
+
+    def peak_torque(self) -> Found:
+        """The greatest size of the torque: of each window its greatest and, turned round, its least."""
+        torque, slope = (np.append(each, each[0]) for each in self._torque)
+        side = np.repeat([1.0, -1.0], WINDOWS)
+
+        def slope_at(phi: Array, chosen: Array) -> Array:
+            _, slope = self.source.torque(phi, self.operation.w)  # type: ignore[attr-defined]
+            return np.asarray(side[chosen] * slope)
+
+        at = _window_extremes(
+            np.append(self.phi, 2 * math.pi),
+            np.array([torque, -torque]),
+            np.array([slope, -slope]),
+            np.ones(2 * WINDOWS),
+            WINDOWS,
+            slope_at,
+        )
+        values = side * self.source.torque(at, self.operation.w)[0]  # type: ignore[attr-defined]
+        part = Part(+1, values, at, lambda: np.asarray(side[:, None] * self._rows_of_torque(at)))
+        return Found(((1.0, part),))
+
+    def rms_torque(self) -> Found:
+        """Root of the mean square of the torque."""
+        torque, _ = self._torque
+        value = math.sqrt(float(np.mean(torque**2)))
+
+        def gradients() -> Array:
+            return (torque / (value * self.nodes) @ self._rows_of_torque(self.phi))[None]
+
+        return Found(((1.0, Part(0, np.array([value]), np.array([math.nan]), gradients)),))
+
     # ---- measures of several events -----------------------------------------------------------------
 
     def between_ends(self) -> Found:
@@ -550,6 +625,8 @@ FORMULAS: Mapping[str, Callable[[Turn], Found]] = {
     "rms_jerk": lambda turn: turn.rms(3),
     "margin": lambda turn: turn.over_turn(_signal(MARGIN), -1),
     "clearance": Turn.clearance,
+    "peak_torque": Turn.peak_torque,
+    "rms_torque": Turn.rms_torque,
 }
 assert tuple(FORMULAS) == tuple(MEASURES)
 

@@ -18,13 +18,12 @@ import numpy as np
 from scenarios.common.command import ROOT
 from scenarios.common.instance import FmuError, Instance, UnpackedFmu
 from scenarios.common.linkage import Linkage
-from scenarios.common.masses import plausible
+from scenarios.common.masses import KEYS, plausible, with_counterweight
 from scenarios.common.operating_point import MACHINE_SPEED, PLANTING_SPEED
 
 POSES = 120  # of a turn, evenly spaced
 GRAVITY = 9.80665  # m/s2
 OUTPUTS = ("crank.tau", "machine.fx", "machine.fy")
-KEYS = ("m", "x", "y", "J")
 GEOMETRY = "geometry."
 FOLLOWED = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.angle")
 SOIL = ROOT / "build" / "partners" / "Soil.fmu"
@@ -120,30 +119,9 @@ class Machine:
                 linkage.set({"tip.fx": 0.0, "tip.fy": 0.0})
         return np.array(added)
 
-    def crank(self, b: Balancing) -> tuple[dict[str, float], np.ndarray]:
-        """body.OA.* of crank and counterweight together, and how it follows mass, x and y: a column each.
-
-        The counterweight counts as a point: at a steady speed its own moment of inertia is not felt.
-        """
-        m0, x0, y0, own = (self.masses[f"body.OA.{key}"] for key in KEYS)
-        m = m0 + b.mass
-        x, y = (m0 * x0 + b.mass * b.x) / m, (m0 * y0 + b.mass * b.y) / m
-        part = m0 * b.mass / m
-        apart = (b.x - x0) ** 2 + (b.y - y0) ** 2
-        by = np.array(
-            [
-                [1.0, 0.0, 0.0],
-                [(b.x - x) / m, b.mass / m, 0.0],
-                [(b.y - y) / m, 0.0, b.mass / m],
-                [(m0 / m) ** 2 * apart, 2 * part * (b.x - x0), 2 * part * (b.y - y0)],
-            ]
-        )
-        values = (m, x, y, own + part * apart)
-        return {f"body.OA.{key}": value for key, value in zip(KEYS, values, strict=True)}, by
-
     def turn(self, b: Balancing, speed: float, *, gradients: bool = True) -> Turn:
         """Over a turn at ``speed`` in rad/s."""
-        crank, by = self.crank(b)
+        crank, by = with_counterweight(self.masses, b.mass, b.x, b.y)
         self._linkage.set(crank | {"crank.w": speed})
         dead = GRAVITY * sum(value for name, value in (self.masses | crank).items() if name.endswith(".m"))
         values, rates = np.empty((POSES, 3)), np.zeros((POSES, 3, 4))

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from transplanter_linkage import Geometry, solve
-from transplanter_linkage.measures import MEASURES, Operation, Turn
+from transplanter_linkage.measures import MEASURES, TORQUE, Operation, Turn
 
 from scenarios.common import reports
 from scenarios.common.figures import BLUE, EARTH, EARTH_EDGE, GREEN, GREY, ORANGE, VERMILLION, save_all
@@ -77,7 +77,7 @@ def _ground(axes: Axes, turn: Turn, geometry: Mapping[str, float], colour: str, 
 
 
 class Held:
-    """A source with one geometry, though others use the same FMU in between."""
+    """A source with one geometry, though others use the same FMU in between; it tells of motion, not of torque."""
 
     def __init__(self, source: FmuSource, geometry: Mapping[str, float]) -> None:
         self._source, self._geometry = source, geometry
@@ -114,7 +114,10 @@ def geometries_of(source: FmuSource, variants: Sequence[Variant]) -> dict[str, d
 def table(found: Mapping[str, Turn]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: a measure each, a column each design."""
     values = {name: turn.measure() for name, turn in found.items()}
-    rows = [(label(name), *(number(name, each[name]) for each in values.values())) for name in MEASURES]
+    told = [
+        name for name in MEASURES if name not in TORQUE or not all(math.isnan(each[name]) for each in values.values())
+    ]
+    rows = [(label(name), *(number(name, each[name]) for each in values.values())) for name in told]
     return ("figure", *values), rows
 
 

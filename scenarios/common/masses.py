@@ -15,6 +15,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 STEEL, ALUMINIUM = 7850.0, 2700.0  # kg/m3
 EYE = 0.02  # m: of a bar beyond each of its joints
 BODIES = ("OA", "CD", "AB", "DE", "EF", "GF")
@@ -83,3 +85,28 @@ def plausible(geometry: Mapping[str, float]) -> dict[str, float]:
         values = (whole.m, complex(whole.centre).real, complex(whole.centre).imag, whole.inertia)
         found |= {f"body.{body}.{key}": value for key, value in zip(KEYS, values, strict=True)}
     return found
+
+
+def with_counterweight(
+    masses: Mapping[str, float], mass: float, x: float, y: float
+) -> tuple[dict[str, float], np.ndarray]:
+    """body.OA.* of crank and counterweight together, and how it follows mass, x and y: a column each.
+
+    The counterweight, ``mass`` in kg at (``x``, ``y``) in m along crank OA from O and to the left of it, counts as a
+    point: at a steady speed its own moment of inertia is not felt.
+    """
+    m0, x0, y0, own = (masses[f"body.OA.{key}"] for key in KEYS)
+    m = m0 + mass
+    at = (m0 * x0 + mass * x) / m, (m0 * y0 + mass * y) / m
+    part = m0 * mass / m
+    apart = (x - x0) ** 2 + (y - y0) ** 2
+    by = np.array(
+        [
+            [1.0, 0.0, 0.0],
+            [(x - at[0]) / m, mass / m, 0.0],
+            [(y - at[1]) / m, 0.0, mass / m],
+            [(m0 / m) ** 2 * apart, 2 * part * (x - x0), 2 * part * (y - y0)],
+        ]
+    )
+    values = (m, *at, own + part * apart)
+    return {f"body.OA.{key}": value for key, value in zip(KEYS, values, strict=True)}, by

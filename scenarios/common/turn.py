@@ -8,6 +8,7 @@ turns with 1 rad/s, so that velocity and acceleration are the tip's derivatives 
 from __future__ import annotations
 
 import atexit
+import contextlib
 import ctypes
 import hashlib
 import os
@@ -16,7 +17,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ctypes import POINTER, addressof, c_int64, c_size_t, c_uint32, c_uint64, c_void_p, cast
 from functools import cache
 from importlib import resources
@@ -27,13 +28,14 @@ from typing import Any
 import fmpy
 import numpy as np
 from fmpy.simulation import instantiate_fmu
-from transplanter_linkage.measures import GEOMETRY, SIGNALS, Operation, Turn
+from transplanter_linkage.measures import GEOMETRY, MASSES, SIGNALS, Operation, Turn
 
 from scenarios.common.instance import OK, FmuError, Refused, UnpackedFmu, first_line
 from scenarios.common.operating_point import HOLE_MM
 
 OUTPUTS = ("tip.x", "tip.y", "tip.vx", "tip.vy", "tip.ax", "tip.ay", "tip.angle", "assembly.margin")
 KNOWNS = tuple(f"geometry.{name}" for name in GEOMETRY)
+TORQUE_KNOWNS = (*KNOWNS, *MASSES, "crank.w")
 LEAST_DEPTH, MOST_DEPTH = 0.05, 0.15  # m, between which the published hole's is sought
 BUILD = Path(__file__).resolve().parents[2] / "build"
 assert len(OUTPUTS) == len(SIGNALS)
@@ -129,6 +131,8 @@ class FmuSource:
                 v.name.removeprefix("geometry."): float(v.start) for v in description.modelVariables if v.name in KNOWNS
             }
             self.nominal = {name: self.nominal[name] for name in GEOMETRY}
+            self.bodies: dict[str, float] = {}  # masses by the FMU's names, where `set` is given no others
+            self._masses: dict[str, float] = {}
             self._start()
         except BaseException:
             self.close()
@@ -138,6 +142,8 @@ class FmuSource:
         self._phi, self._scratch = _Held(1), _Held(len(OUTPUTS))
         self._values, self._rates, self._weights = (_Held(len(OUTPUTS)) for _ in range(3))
         self._gradients = _Held(len(KNOWNS))
+        self._tau, self._tau_rate, self._tau_weight = (_Held(1) for _ in range(3))
+        self._tau_gradients = _Held(len(TORQUE_KNOWNS))
         self._host_address, self._at_address = addressof(self._host), addressof(self._at)
         self.poses = 0  # asked for so far
 
@@ -157,36 +163,44 @@ class FmuSource:
         slave.enterInitializationMode()
         self._set = slave.setReal if is2 else slave.setFloat64
         self._set([self._fmu.reference["crank.w"]], [1.0])
-        self._references = {
-            "output": self._array(OUTPUTS),
-            "known": self._array(KNOWNS),
-            "angle": self._array(["crank.phi"]),
-        }
-        functions = {
-            field: cast(getattr(slave.dll, name), c_void_p) for field, name in FUNCTIONS[description.fmiVersion].items()
-        }
-        self._host = _Host(
-            fmi2=int(is2),
+        self._host = self._host_of(OUTPUTS, KNOWNS)
+        self._has_masses = set(MASSES) <= set(self._fmu.reference)
+        self._driven = self._host_of(("crank.tau",), TORQUE_KNOWNS if self._has_masses else ())
+
+    def _host_of(self, outputs: Sequence[str], knowns: Sequence[str]) -> _Host:
+        """That asks the instance for these outputs and their derivatives by these variables."""
+        slave, version = self._slave, self._fmu.description.fmiVersion
+        functions = {field: cast(getattr(slave.dll, name), c_void_p) for field, name in FUNCTIONS[version].items()}
+        arrays = {"output": outputs, "known": knowns, "angle": ("crank.phi",)}
+        return _Host(
+            fmi2=int(version == "2.0"),
             instance=cast(slave.component, c_void_p),
-            outputs=len(OUTPUTS),
-            knowns=len(KNOWNS),
+            outputs=len(outputs),
+            knowns=len(knowns),
             **functions,
-            **{name: cast(array, POINTER(c_uint32)) for name, array in self._references.items()},
+            **{name: cast(self._array(each), POINTER(c_uint32)) for name, each in arrays.items()},  # which hold them
         )
 
     def _array(self, names: Iterable[str]) -> ctypes.Array:
         numbers = [self._fmu.reference[name] for name in names]
         return (c_uint32 * len(numbers))(*numbers)
 
-    def set(self, geometry: Mapping[str, float]) -> FmuSource:
-        """Give the linkage another geometry, {"L1": 0.05, ...} in SI units; what is not named is nominal.
+    def set(self, geometry: Mapping[str, float], bodies: Mapping[str, float] = {}) -> FmuSource:
+        """Give the linkage another geometry, {"L1": 0.05, ...}, and masses, {"body.OA.m": 0.3, ...}, in SI units; what
+        is not named is nominal, and of masses as in ``self.bodies``, else 0.
 
         Raises Refused where the FMU takes a value for impossible.
         """
         whole = self.nominal | dict(geometry)
+        masses = {**self.bodies, **bodies}
+        self._require_open()
         self.messages.clear()
         try:
             self._set([self._fmu.reference[name] for name in KNOWNS], [whole[name] for name in GEOMETRY])
+            if masses != self._masses:
+                every = dict.fromkeys(MASSES, 0.0) | masses
+                self._set([self._fmu.reference[name] for name in every], list(every.values()))
+                self._masses = masses
         except fmpy.fmi1.FMICallException as error:
             raise Refused(self._said() or first_line(error)) from error
         return self
@@ -221,16 +235,44 @@ class FmuSource:
         n = self._call(self._loop.turn_gradient, phi, self._weights, self._gradients, self._scratch)
         return self._gradients.rows[:n].copy()
 
-    def _call(self, function: Any, phi: np.ndarray, *held: _Held) -> int:
+    def torque(self, phi: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
+        """What the drive gives at each angle at a steady speed in rad/s, N m, without soil; its derivative by phi."""
+        with self._turning(w):
+            n = self._call(self._loop.turn_sample, phi, self._tau, self._tau_rate, host=self._driven)
+        return self._tau.rows[:n, 0].copy(), self._tau_rate.rows[:n, 0].copy()
+
+    def torque_gradient(self, phi: np.ndarray, w: float) -> np.ndarray:
+        """Its gradient by GEOMETRY, MASSES and w, a row each angle."""
+        self._tau_weight.room(len(phi))[:] = 1.0
+        held = (self._tau_weight, self._tau_gradients, self._scratch)
+        with self._turning(w):
+            n = self._call(self._loop.turn_gradient, phi, *held, host=self._driven)
+        return self._tau_gradients.rows[:n].copy()
+
+    @contextlib.contextmanager
+    def _turning(self, w: float) -> Iterator[None]:
+        """The torque is asked for at a speed, the signals at 1 rad/s."""
+        self._require_open()
+        speed = [self._fmu.reference["crank.w"]]
+        self._set(speed, [w])
+        try:
+            yield
+        finally:
+            self._set(speed, [1.0])
+
+    def _call(self, function: Any, phi: np.ndarray, *held: _Held, host: _Host | None = None) -> int:
         """For all angles; returns how many they are."""
         n = len(phi)
         self._phi.room(n)[:, 0] = phi
         for each in held:
             each.room(n)
+        self._require_open()
         self.messages.clear()
         self.poses += n
         addresses = [each.address for each in held]
-        status = function(self._host_address, n, self._phi.address, *addresses, self._at_address)
+        status = function(
+            addressof(host) if host else self._host_address, n, self._phi.address, *addresses, self._at_address
+        )
         if status != OK:
             angle = np.degrees(phi[self._at.value]) % 360
             raise Refused(self._said() or f"status {status} at the crank angle {angle:.2f} deg")
@@ -240,6 +282,10 @@ class FmuSource:
         """The FMU's first message, without the name of the FMI function: later ones repeat it."""
         head, separator, tail = (self.messages or [""])[0].partition(": ")
         return tail if separator and head.startswith("fmi") else head + separator + tail
+
+    def _require_open(self) -> None:
+        if self._slave is None:
+            raise FmuError(f"{self.path} is asked for poses after it was closed.")
 
     def close(self) -> None:
         """Free the instance and delete the extracted files."""

@@ -35,7 +35,9 @@ class VariantError(ValueError):
 
 
 def unit_of(name: str) -> str:
-    """The SI unit of a parameter of the geometry, named as in GEOMETRY."""
+    """The SI unit of a parameter of the geometry, named as in GEOMETRY, or of a body or the counterweight."""
+    if name.startswith(("body.", "counterweight.")):
+        return {"m": "kg", "x": "m", "y": "m", "J": "kg.m2"}[name.rpartition(".")[2]]
     return "m" if name in LENGTHS else "rad"
 
 
@@ -104,8 +106,11 @@ def explored(operation: Operation) -> dict[str, float]:
     return {"crank.w": operation.w, "plant.spacing": operation.spacing, "ridge.depth": operation.depth}
 
 
-def write_ssv(path: Path, name: str, geometry: Mapping[str, float], operation: Operation) -> None:
-    """A geometry as a parameter set of SSP 1.0, SI units with all digits, checked against the standard's schema.
+def write_ssv(
+    path: Path, name: str, geometry: Mapping[str, float], operation: Operation, masses: Mapping[str, float] = {}
+) -> None:
+    """A geometry, and masses by the FMU's names, as a parameter set of SSP 1.0, SI units with all digits, checked
+    against the standard's schema.
 
     How the linkage is used is no parameter of the FMU: it stands in an annotation, from which the explorer reads it.
     """
@@ -113,17 +118,20 @@ def write_ssv(path: Path, name: str, geometry: Mapping[str, float], operation: O
         f"{{{SPACE}}}ParameterSet", {"version": "1.0", "name": name}, nsmap={"ssv": SPACE, "ssc": COMMON}
     )
     parameters = etree.SubElement(root, f"{{{SPACE}}}Parameters")
-    for key in GEOMETRY:
-        parameter = etree.SubElement(parameters, f"{{{SPACE}}}Parameter", name=PREFIX + key)
-        etree.SubElement(parameter, f"{{{SPACE}}}Real", value=repr(float(geometry[key])), unit=unit_of(key))
+    values = {PREFIX + key: (geometry[key], unit_of(key)) for key in GEOMETRY}
+    values |= {key: (value, unit_of(key)) for key, value in masses.items()}
+    for key, (value, unit) in values.items():
+        parameter = etree.SubElement(parameters, f"{{{SPACE}}}Parameter", name=key)
+        etree.SubElement(parameter, f"{{{SPACE}}}Real", value=repr(float(value)), unit=unit)
     used = etree.SubElement(root, f"{{{SPACE}}}Units")
-    for unit in ("m", "rad"):
-        etree.SubElement(etree.SubElement(used, f"{{{COMMON}}}Unit", name=unit), f"{{{COMMON}}}BaseUnit", {unit: "1"})
+    for unit in dict.fromkeys(unit for _, unit in values.values()):
+        base = {"kg": "1", "m": "2"} if unit == "kg.m2" else {unit: "1"}
+        etree.SubElement(etree.SubElement(used, f"{{{COMMON}}}Unit", name=unit), f"{{{COMMON}}}BaseUnit", base)
     annotations = etree.SubElement(root, f"{{{SPACE}}}Annotations")
     annotation = etree.SubElement(annotations, f"{{{COMMON}}}Annotation", type=EXPLORER)
-    values = etree.SubElement(annotation, "operation")
+    used_so = etree.SubElement(annotation, "operation")
     for key, value in explored(operation).items():
-        etree.SubElement(values, "value", name=key).text = repr(float(value))
+        etree.SubElement(used_so, "value", name=key).text = repr(float(value))
     etree.XMLSchema(file=str(SCHEMA)).assertValid(root)
     path.write_bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
 

@@ -55,6 +55,8 @@ def scenario(options: argparse.Namespace, console: Console) -> list[Path]:
         depth = source.published_depth()
         first = Turn(source.set({}), Operation(depth=depth)).measure()
         study = load(options.study, source.nominal, first, depth)
+        source.bodies = study.masses
+        source.set({})
         operation = study.operation
         published = Turn(source, operation)
         figures_then = published.measure()
@@ -101,8 +103,7 @@ def findings(
     turn = problem.turn(best.design)
     turn.measure()
     geometry = best.design.variant("", source.nominal).geometry(source.nominal)
-    source.set({})
-    published.measure()
+    source.bodies = problem.masses(best.design)  # from here on: of the published design all has been measured
     source.set(geometry)
     return report.Findings(problem, result, best, published, turn, geometry, dense)
 
@@ -143,6 +144,7 @@ def measure_again(ssv: Path, found: report.Findings) -> None:
     if not other.is_file():
         return
     with FmuSource(other) as fresh:
+        fresh.bodies = found.problem.masses(found.best.design)
         again = Turn(fresh.set(read_ssv(ssv).changes), found.turn.operation).measure()
     here = found.turn.measure()
     found.again_fmu = f"fresh {other.parent.name}/{other.name}"

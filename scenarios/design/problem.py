@@ -8,17 +8,18 @@ least, has two. A pose that the FMU refuses answers with values so bad that the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize, nnls
-from transplanter_linkage.measures import KNOWNS, MEASURES, Found, NoMeasure, Operation, Turn
+from transplanter_linkage.measures import GEOMETRY, KNOWNS, MASSES, MEASURES, Found, NoMeasure, Operation, Turn
 
 from scenarios.common.instance import Refused
+from scenarios.common.masses import with_counterweight
 from scenarios.common.turn import FmuSource
 from scenarios.common.variants import PHASE, Variant
-from scenarios.design.study import Constraint, Study
+from scenarios.design.study import COUNTERWEIGHT, Constraint, Study
 
 FEASIBLE = 1e-6  # of a constraint's scale: how far beyond its limit a design may be
 REFUSED = 1e3  # scaled value of everything where there is no design
@@ -35,7 +36,7 @@ class Design:
 
     def variant(self, name: str, nominal: dict[str, float]) -> Variant:
         """As the other scenarios take it: what differs from the published geometry."""
-        changes = {key: value for key, value in self.x.items() if key != "spacing"}
+        changes = {key: value for key, value in self.x.items() if key in (*GEOMETRY, PHASE)}
         whole = Variant(name, changes).geometry(nominal)
         return Variant(name, {key: value for key, value in whole.items() if value != nominal[key]})
 
@@ -84,7 +85,6 @@ class Problem:
         self.names = [each.name for each in study.ranges]
         self.middle = np.array([(each.high + each.low) / 2 for each in study.ranges])
         self.half = np.array([(each.high - each.low) / 2 for each in study.ranges])
-        self._by_x = self._chain()
         self.measures = list(
             dict.fromkeys(
                 [each.measure for each in study.objectives] + [m for each in study.constraints for m in each.measures]
@@ -108,10 +108,15 @@ class Problem:
         self._at: tuple[bytes, Turn | None] | None = None
         self._last: tuple[float, np.ndarray, Rows] | None = None
 
-    def _chain(self) -> np.ndarray:
+    def _chain(self, z: np.ndarray) -> np.ndarray:
         """The derivative of KNOWNS by z."""
         chain = np.zeros((len(KNOWNS), len(self.names)))
+        x = self.design(z).x
         for k, name in enumerate(self.names):
+            if name in COUNTERWEIGHT:
+                crank, by = self._crank(x)
+                chain[[KNOWNS.index(each) for each in crank], k] = by[:, COUNTERWEIGHT.index(name)] * self.half[k]
+                continue
             chain[KNOWNS.index("phi4" if name == PHASE else name), k] = self.half[k]
             if name == "phi1" and PHASE in self.names:
                 chain[KNOWNS.index("phi4"), k] = self.half[k]
@@ -132,10 +137,20 @@ class Problem:
         """With the spacing of the design."""
         return replace(self.study.operation, spacing=design.x.get("spacing", self.study.operation.spacing))
 
+    def masses(self, design: Design) -> dict[str, float]:
+        """Of the bodies of the design."""
+        varied = {name: value for name, value in design.x.items() if name in MASSES}
+        crank = self._crank(design.x)[0] if set(design.x) & set(COUNTERWEIGHT) else {}
+        return {**self.study.masses, **varied, **crank}
+
+    def _crank(self, x: Mapping[str, float]) -> tuple[dict[str, float], np.ndarray]:
+        """Crank OA with its counterweight."""
+        return with_counterweight(self.study.masses, *(x.get(name, 0.0) for name in COUNTERWEIGHT))
+
     def turn(self, design: Design, nodes: int = 360) -> Turn:
         """Raises Refused."""
         self.turns += 1
-        self.source.set(design.variant("", self.source.nominal).geometry(self.source.nominal))
+        self.source.set(design.variant("", self.source.nominal).geometry(self.source.nominal), self.masses(design))
         return Turn(self.source, self.operation(design), nodes)
 
     def random(self, chance: np.random.Generator) -> np.ndarray:
@@ -201,7 +216,7 @@ class Problem:
 
     def _by_z(self, rows: np.ndarray, z: np.ndarray) -> np.ndarray:
         by_z = np.zeros((*rows.shape[:-1], len(z)))
-        by_z[..., : len(self.names)] = rows @ self._by_x
+        by_z[..., : len(self.names)] = rows @ self._chain(z)
         return by_z
 
     def _expression(self, turn: Turn, name: str, sense: int, z: np.ndarray) -> tuple[float, np.ndarray]:

@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from transplanter_linkage.measures import MEASURES, Operation, Turn
+from transplanter_linkage.measures import MEASURES, TORQUE, Operation, Turn
 
 from scenarios.common import reports, units
 from scenarios.common.beside import label, number
 from scenarios.common.variants import PHASE, PREFIX, explored, unit_of, write_ssv
 from scenarios.design.problem import DENSE, Outcome, Problem
 from scenarios.design.search import Result, hypervolume
+from scenarios.design.study import COUNTERWEIGHT
 from scenarios.design.tolerances import Spread
 
 MODEL = (
@@ -55,6 +56,8 @@ def figures_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, ...
     rows = []
     before, after = found.published.measure(), found.turn.measure()
     for name in MEASURES:
+        if name in TORQUE and math.isnan(after[name]):
+            continue
         change = round(after[name] - before[name], 9) + 0.0
         said = (
             "" if math.isnan(change) else f"{MEASURES[name].shown(change):+.{3 if MEASURES[name].unit == '1' else 2}f}"
@@ -69,16 +72,15 @@ def parameters_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, 
     for each in found.study.ranges:
         value = found.best.design.x[each.name]
         unit = "m" if each.name == "spacing" else unit_of(each.name)
-        if each.name == "spacing":
-            before = found.published.operation.spacing
-        else:
-            before = nominal["phi4"] - nominal["phi1"] if each.name == PHASE else nominal[each.name]
-        scale = 1 / units.UNITS[units.SHOWN[unit]][1]
+        start = {"spacing": found.published.operation.spacing, PHASE: nominal["phi4"] - nominal["phi1"]}
+        before = {**dict.fromkeys(COUNTERWEIGHT, 0.0), **found.study.masses, **nominal, **start}.get(each.name, 0.0)
+        shown = units.SHOWN.get(unit, unit)
+        scale = 1 / units.UNITS[shown][1]
         share = (value - each.low) / (each.high - each.low)
         where = "at its least" if share < 1e-6 else "at its greatest" if share > 1 - 1e-6 else ""
         rows.append(
             (
-                f"{each.name} / {units.SHOWN[unit]}",
+                f"{each.name} / {shown}",
                 f"{before * scale:.3f}",
                 f"{value * scale:.3f}",
                 f"{(value - before) * scale:+.3f}",
@@ -103,7 +105,8 @@ def limits_table(found: Findings) -> tuple[tuple[str, ...], list[tuple[str, ...]
             (constraint.text, "0.01" if measure.unit == "1" else f"1 {measure.unit}", gain * step / measure.scale)
         )
     for name, gain in by_end.items():
-        unit = units.SHOWN["m" if name == "spacing" else unit_of(name)]
+        unit = "m" if name == "spacing" else unit_of(name)
+        unit = units.SHOWN.get(unit, unit)
         z = problem.z_of(found.best.design)[problem.names.index(name)]
         rows.append((f"{name} at its {'greatest' if z > 0 else 'least'}", f"1 {unit}", gain * units.UNITS[unit][1]))
     rows.sort(key=lambda row: -row[2])
@@ -260,6 +263,7 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
     content = {
         "study": study.name,
         "geometry": found.geometry,
+        "masses": found.problem.masses(found.best.design),
         "operation": {key: getattr(operation, key) for key in operation.__dataclass_fields__},
         "measures": {key: None if math.isnan(value) else value for key, value in found.turn.measure().items()},
         "published": {key: None if math.isnan(value) else value for key, value in found.published.measure().items()},
@@ -267,7 +271,7 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         "fragment": fragment(nominal, found.geometry, operation),
     }
     as_json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    write_ssv(ssv, study.name, found.geometry, operation)
+    write_ssv(ssv, study.name, found.geometry, operation, content["masses"])
     written = [report, as_json, ssv, *(output / name for name in pictures)]
     if names:
         written.append(output / "front.csv")
@@ -283,5 +287,6 @@ def write(output: Path, found: Findings, pictures: list[str], names: list[str], 
         for k, each in enumerate(found.result.front, start=1):
             written.append(output / f"point_{k:02d}.ssv")
             geometry = each.design.variant("", nominal).geometry(nominal)
-            write_ssv(written[-1], f"{study.name} {k}", geometry, found.problem.operation(each.design))
+            operation, masses = found.problem.operation(each.design), found.problem.masses(each.design)
+            write_ssv(written[-1], f"{study.name} {k}", geometry, operation, masses)
     return written

@@ -20,9 +20,10 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-from transplanter_linkage.measures import GEOMETRY, LENGTHS, MEASURES, Operation
+from transplanter_linkage.measures import GEOMETRY, LENGTHS, MASSES, MEASURES, Operation
 
 from scenarios.common import units
+from scenarios.common.masses import plausible
 from scenarios.common.variants import PHASE, PREFIX, PUBLISHED, unit_of
 
 STUDIES = Path(__file__).with_name("studies")
@@ -35,7 +36,11 @@ GROUPS = {
 MEASURE_UNITS = {"mm": "m", "deg": "rad", "mm/s": "m/s"}
 OPERATION = {"spacing": "m", "rate": "rad/s", "depth": "m", "body": "m", "seedling": "m"}
 LIMITS = ("least", "most", "between", "size_most", "near")
-TABLES = ("title", "question", "operation", "parameters", "objectives", "constraints", "search", "tolerances")
+TABLES = ("title", "question", "operation", "masses", "parameters", "objectives", "constraints", "search", "tolerances")
+
+
+PLAUSIBLE = "plausible"  # the bodies of scenarios/common/masses.py
+COUNTERWEIGHT = ("counterweight.m", "counterweight.x", "counterweight.y")  # a point on crank OA
 
 
 class StudyError(ValueError):
@@ -100,6 +105,7 @@ class Study:
     reference: tuple[float, ...] = ()  # of a front's hypervolume
     tolerances: dict[str, float] = field(default_factory=dict)
     samples: int = 2000
+    masses: dict[str, float] = field(default_factory=dict)  # of the bodies, by the FMU's names; those left out are 0
 
     def number(self, fmu: bytes) -> str:
         """Tells apart what was computed with another file or another study, in eight digits."""
@@ -156,7 +162,13 @@ def load(path: Path, nominal: Mapping[str, float], published: Mapping[str, float
     for name in ("parameters", "objectives"):
         if not table.get(name):
             raise StudyError(f"{path}: {name}: a study needs some")
-    for name, kind in (("operation", dict), ("parameters", dict), ("search", dict), ("tolerances", dict)):
+    for name, kind in (
+        ("operation", dict),
+        ("masses", dict),
+        ("parameters", dict),
+        ("search", dict),
+        ("tolerances", dict),
+    ):
         if not isinstance(table.get(name, kind()), kind):
             raise reader.fault(name, f"is to be a table, [{name}]")
     for name in ("objectives", "constraints"):
@@ -170,17 +182,24 @@ def load(path: Path, nominal: Mapping[str, float], published: Mapping[str, float
     samples = tolerances.pop("samples", Study.samples)
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2:
         raise reader.fault("samples", f"{samples!r} is not a whole number from 2", "tolerances")
+    masses = _masses(reader, table.get("masses", {}), nominal)
     study = Study(
         path.stem,
         str(table.get("title", path.stem)),
         str(table.get("question", "")),
         operation,
-        _ranges(reader, table["parameters"], nominal),
+        _ranges(reader, table["parameters"], nominal, masses),
         tuple(_objective(reader, each, k) for k, each in enumerate(table["objectives"])),
         tuple(_constraint(reader, each, k, published) for k, each in enumerate(table.get("constraints", []))),
         tolerances=_tolerances(reader, tolerances),
         samples=samples,
+        masses=masses,
     )
+    varied = {each.name for each in study.ranges}
+    if varied & set(COUNTERWEIGHT) and not study.masses.get("body.OA.m"):
+        raise reader.fault("counterweight.m", "needs crank OA to have a mass, as [masses] gives", "parameters")
+    if varied & set(COUNTERWEIGHT) and any(name.startswith("body.OA.") for name in varied):
+        raise reader.fault("counterweight.m", "body.OA may not change as well: it is told by both", "parameters")
     if len(study.objectives) > 2 or len({each.measure for each in study.objectives}) < len(study.objectives):
         raise reader.fault("objectives", "one, or two different ones for a front")
     if "reference" in search:
@@ -235,17 +254,29 @@ def _operation(reader: _Reader, table: Mapping[str, Any], depth: float | None) -
     return Operation(**given)
 
 
-def _ranges(reader: _Reader, table: Mapping[str, Any], nominal: Mapping[str, float]) -> tuple[Range, ...]:
+def _masses(reader: _Reader, table: Mapping[str, Any], nominal: Mapping[str, float]) -> dict[str, float]:
+    """Those of the plausible machine, or none, and over them the ones that are named."""
+    _known(reader, table, ("bodies", *MASSES), "masses")
+    if table.get("bodies", PLAUSIBLE) != PLAUSIBLE:
+        raise reader.fault("bodies", f'may be "{PLAUSIBLE}", or left out', "masses")
+    found = plausible(nominal) if "bodies" in table else {}
+    return found | {key: _si(reader, table[key], unit_of(key), key, "masses") for key in table if key in MASSES}
+
+
+def _ranges(
+    reader: _Reader, table: Mapping[str, Any], nominal: Mapping[str, float], masses: Mapping[str, float]
+) -> tuple[Range, ...]:
     """Groups first, so that a parameter's own range replaces that of its group."""
     found: dict[str, Range] = {}
     alone = {key: value for key, value in table.items() if key not in GROUPS}
     for key, value in [*((key, table[key]) for key in GROUPS if key in table), *alone.items()]:
         names = GROUPS.get(key, (key.removeprefix(PREFIX),))
         for name in names:
-            if name not in (*GEOMETRY, PHASE, "spacing"):
-                known = ", ".join((*GROUPS, *(PREFIX + each for each in GEOMETRY), PHASE, "spacing"))
+            if name not in (*GEOMETRY, PHASE, "spacing", *MASSES, *COUNTERWEIGHT):
+                known = ", ".join((*GROUPS, *(PREFIX + each for each in GEOMETRY), PHASE, "spacing", *COUNTERWEIGHT))
+                known += ", body.OA.m and so on"
                 raise reader.fault(key, f"there is no such parameter; there are {known}", "parameters")
-            found[name] = _range(reader, key, name, value, nominal)
+            found[name] = _range(reader, key, name, value, nominal, masses)
     if PHASE in found and "phi4" in found:
         if "phi4" not in [key.removeprefix(PREFIX) for key in alone]:
             del found["phi4"]  # of its group
@@ -254,13 +285,17 @@ def _ranges(reader: _Reader, table: Mapping[str, Any], nominal: Mapping[str, flo
     return tuple(found.values())
 
 
-def _range(reader: _Reader, key: str, name: str, value: Any, nominal: Mapping[str, float]) -> Range:
+def _range(
+    reader: _Reader, key: str, name: str, value: Any, nominal: Mapping[str, float], masses: Mapping[str, float]
+) -> Range:
     unit = "m" if name == "spacing" else unit_of(name)
     middle = (
         Operation.spacing
         if name == "spacing"
         else nominal["phi4"] - nominal["phi1"]
         if name == PHASE
+        else masses.get(name, 0.0)
+        if name in (*MASSES, *COUNTERWEIGHT)
         else nominal[name]
     )
     if isinstance(value, list):

@@ -13,9 +13,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from transplanter_linkage import Geometry, Kinematics
-from transplanter_linkage.measures import GEOMETRY, KNOWNS, MEASURES, Operation, Turn
+from transplanter_linkage.measures import GEOMETRY, KNOWNS, MASSES, MEASURES, Operation, Turn
 
-from scenarios.common import units, variants
+from scenarios.balancing.machine import Balancing, Machine
+from scenarios.common import command, units, variants
+from scenarios.common.masses import with_counterweight
 from scenarios.common.turn import FmuSource
 from scenarios.design import search
 from scenarios.design.__main__ import main
@@ -99,7 +101,8 @@ def test_what_is_no_quantity(written, said):
 
 def test_a_parameter_set_comes_back_to_the_bit(tmp_path):
     geometry = {name: getattr(Geometry(L1=0.1 / 3), name) for name in GEOMETRY}
-    variants.write_ssv(tmp_path / "a.ssv", "a", geometry, Operation())
+    masses = {"body.OA.m": 0.3, "body.OA.J": 1e-4}
+    variants.write_ssv(tmp_path / "a.ssv", "a", geometry, Operation(), masses)
     assert variants.read_ssv(tmp_path / "a.ssv").changes == geometry
     text = (tmp_path / "a.ssv").read_text().replace(f'value="{0.1 / 3!r}" unit="m"', 'value="40" unit="mm"')
     (tmp_path / "b.ssv").write_text(text.replace('name="geometry.L1"', 'name="linkage.geometry.L1"'))
@@ -164,6 +167,64 @@ def test_gradients_of_the_problem_are_its_slopes(read, source, published):
         assert (f1 - f0) / 2e-6 == pytest.approx(gradient[k], abs=1e-7)
         np.testing.assert_allclose((rows1.values - rows0.values) / 2e-6, rows.gradients[:, k], atol=2e-6)
     assert f == pytest.approx(sum(z[3:5]))
+
+
+HEAVY = """
+[masses]
+bodies = "plausible"
+
+[parameters]
+"counterweight.m" = ["0 kg", "2 kg"]
+"counterweight.x" = ["-55 mm", "55 mm"]
+"counterweight.y" = "55 mm"
+"body.GF.m" = "20 %"
+"geometry.L1" = "1 mm"
+
+[[objectives]]
+measure = "peak_torque"
+
+[[constraints]]
+measure = "rms_torque"
+most = "1 N.m"
+"""
+
+
+def test_torque_follows_counterweight_body_and_geometry(read, source, published):
+    """The problem's gradients are its slopes, and a counterweight is here what it is in scenarios/balancing."""
+    study = read(HEAVY)
+    problem = Problem(source, study, published | {"peak_torque": 10.0, "rms_torque": 3.0})
+    z = problem.start(np.array([0.3, -0.4, 0.2, 0.5, 0.0]))
+    _, _, rows = problem.evaluate(z)
+    assert len(rows.values) == 36 + 1
+    for k in range(len(z)):
+        step = np.eye(len(z))[k] * 1e-6
+        ahead, behind = (problem.evaluate(z + side * step)[2].values for side in (1, -1))
+        np.testing.assert_allclose((ahead - behind) / 2e-6, rows.gradients[:, k], atol=1e-6)
+    balance = Balancing(mass=1.3, x=-0.022, y=0.011)
+    with Machine(command.FMU) as machine:
+        other = machine.turn(balance, 7.0)
+    crank, _ = with_counterweight(study.masses, balance.mass, balance.x, balance.y)
+    torque, _ = source.set({}, {**study.masses, **crank}).torque(other.phi, 7.0)
+    np.testing.assert_allclose(torque, other.torque, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ('bodies = "plausible"', '"body.OB.m" = 1', r"masses\.body\.OB\.m: there is no such key"),
+        ('bodies = "plausible"', 'bodies = "heavy"', r'masses\.bodies: may be "plausible"'),
+        ('bodies = "plausible"', '"body.GF.m" = 1', r"parameters\.counterweight\.m: needs crank OA to have a mass"),
+        (
+            '"body.GF.m" = "20 %"',
+            '"body.OA.m" = "20 %"',
+            r"parameters\.counterweight\.m: body\.OA may not change as well",
+        ),
+        ('"2 kg"', '"2 mm"', r"parameters\.counterweight\.m: '2 mm' is not in kg"),
+    ],
+)
+def test_a_mistake_about_masses_is_told(read, before, after, said):
+    with pytest.raises(StudyError, match=said):
+        read(HEAVY.replace(before, after))
 
 
 def test_a_refused_pose_answers_with_bad_values(read, source, published):
@@ -290,7 +351,7 @@ def test_killed_and_started_again_it_goes_on(read, tmp_path, fmu_files):
 
 @pytest.mark.parametrize(
     ("study", "said"),
-    [("nothing.toml", "studies that are shipped: front, practical"), ("practical", "There is no FMU")],
+    [("nothing.toml", "studies that are shipped: balance, front, practical"), ("practical", "There is no FMU")],
 )
 def test_what_cannot_be_run_is_said_in_a_line(study, said, tmp_path, capsys, fmu_files):
     fmu = tmp_path / "none.fmu" if study == "practical" else fmu_files[3]
@@ -304,4 +365,5 @@ def test_the_published_depth(source):
 
 
 def test_knowns_are_what_gradients_are_by():
-    assert KNOWNS[:18] == GEOMETRY and KNOWNS[18:] == ("spacing", "w", "depth", "body", "seedling")
+    assert KNOWNS[:18] == GEOMETRY and KNOWNS[18:23] == ("spacing", "w", "depth", "body", "seedling")
+    assert KNOWNS[23:] == MASSES
