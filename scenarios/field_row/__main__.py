@@ -31,13 +31,13 @@ from scenarios.field_row import mass_study, report
 from scenarios.field_row import run as row_run
 from scenarios.field_row import study as row_study
 from scenarios.field_row.component import SystemFault, Value
+from scenarios.field_row.level import LINKAGE, level
 from scenarios.field_row.partners.build import PartnerError
 from scenarios.field_row.partners.build import build as build_partners
 from scenarios.field_row.run import CONTROLLED, MASTERS
 from scenarios.field_row.system import ROW, System, load_system
 
 OUTPUT = ROOT / "build" / "reports" / "field_row"
-LINKAGE = "linkage"  # the component to which a design belongs
 PLANTS = 50
 STEP_MS = 2.0
 MASTER = "extrapolated"
@@ -238,7 +238,7 @@ def run(
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise
-    results = report.Results(system_file, row, record, master, step_ms, study, no_study, of_masses)
+    results = report.Results(system_file, row, record, master, step_ms, study, no_study, of_masses, level(row.system))
     drawn += _figures().draw_studies(output, study, of_masses)
     return results, sorted(report.write_tables(output, results) + drawn)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from transplanter_linkage.measures import MEASURES
 
 from scenarios.common import reports
 from scenarios.field_row import mass_report
@@ -22,6 +24,7 @@ from scenarios.field_row.system import System
 FACTOR = 10  # the linkage's own error is to be so many times below the rest's
 QUALITY = ("", "value", "remark")
 SIZING = ("", "peak, either way", "least", "greatest", "rms over the run")
+COMPARABLE = ("hole", "swept", "ground_speed")  # of the measures, what a hole has as well, and the sweep
 BALANCE = ("energy of the row", "J", "share")
 
 
@@ -37,6 +40,7 @@ class Results:
     study: Study | None
     no_study: str
     masses: MassStudy | None = None
+    level: dict[str, float] | None = None  # the linkage's measures, see level.py
 
 
 def ours(results: Results, name: str) -> bool:
@@ -107,7 +111,15 @@ def quality(results: Results) -> list[tuple[str, str, str]]:
         if np.isfinite(values).all():
             text = f"{values.mean():.{digits}f} ({values.min():.{digits}f} to {values.max():.{digits}f}) {unit}"
             lines.append((label, text, remark))
+    if results.level is not None:
+        lines.append(("the same on level ground", _told(results.level), "at a steady speed: a design's own figures"))
     return lines
+
+
+def _told(level: Mapping[str, float]) -> str:
+    """The figures that compare with those of reports on designs."""
+    shown = ((name, MEASURES[name].shown(level[name]), MEASURES[name].unit) for name in COMPARABLE)
+    return ", ".join(f"{name.replace('_', ' ')} {value:.2f} {unit}" for name, value, unit in shown)
 
 
 def sizing(results: Results) -> list[tuple[str, ...]]:

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from transplanter_linkage import Geometry, Kinematics
-from transplanter_linkage.measures import GEOMETRY, KNOWNS, MASSES, MEASURES, Operation, Turn
+from transplanter_linkage.measures import GEOMETRY, KNOWNS, MASSES, MEASURES, TORQUE, Operation, Turn
 
 from scenarios.balancing.machine import Balancing, Machine
-from scenarios.common import command, units, variants
+from scenarios.common import beside, command, units, variants
 from scenarios.common.masses import with_counterweight
 from scenarios.common.turn import FmuSource
 from scenarios.design import search
@@ -24,6 +24,9 @@ from scenarios.design.__main__ import main
 from scenarios.design.problem import Problem, best_of
 from scenarios.design.study import STUDIES, StudyError, load
 from scenarios.design.tolerances import spreads
+from scenarios.field_row.level import level
+from scenarios.field_row.system import load_system
+from scenarios.sweep.scenes import planting_cycle
 from tests.conftest import PROJECT_ROOT
 from tests.scenarios.conftest import HANG
 
@@ -318,6 +321,25 @@ def test_the_report(read, tmp_path, capsys, fmu_files):
     assert {"report.md", "designs.png"} <= {path.name for path in output.iterdir()}
     assert main(["--fmu", str(fmu_files[3]), "--output", str(output), str(tmp_path / "small.toml")]) == 0
     assert "2 jobs from before, 0 now" in capsys.readouterr().out
+
+
+def test_a_design_has_the_same_figures_in_cycle_row_sweep_and_study(tmp_path, source, fmu_file):
+    """Those of the linkage on level ground; the row's own holes, in its wavy ridge, are others."""
+    whole = source.nominal | {"L1": 0.0485, "L4": 0.0187, "theta3": 0.47}
+    variants.write_ssv(tmp_path / "design.ssv", "design", whole)
+    design = variants.read_ssv(tmp_path / "design.ssv")
+    depth = source.published_depth()
+    study = Turn(source.set(design.geometry(source.nominal)), Operation(depth=depth)).measure()
+    cycle = beside.turns(source, [design], Operation(depth=depth))["design"].measure()
+    swept = planting_cycle(fmu_file, design.parameters(source.nominal))
+    row = level(
+        load_system().with_parameters({f"linkage.{k}": v for k, v in design.parameters(source.nominal).items()})
+    )
+    for name in MEASURES:
+        for other in (cycle, row, swept):
+            if name in other and name not in TORQUE:
+                assert other[name] == pytest.approx(study[name], rel=1e-9), name
+    assert swept.keys() < study.keys() == row.keys()
 
 
 def test_an_infeasible_study_says_what_is_missed_and_by_how_much(read, tmp_path, capsys, fmu_files):
