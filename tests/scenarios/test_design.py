@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from scenarios.balancing.machine import Balancing, Machine
 from scenarios.common import beside, command, units, variants
 from scenarios.common.masses import with_counterweight
 from scenarios.common.turn import FmuSource
-from scenarios.design import search
+from scenarios.design import report, search
 from scenarios.design.__main__ import main
 from scenarios.design.problem import Problem, best_of
 from scenarios.design.study import STUDIES, StudyError, load
@@ -278,6 +279,14 @@ def test_a_front_and_its_area(read, source, published, tmp_path):
     assert len(points) >= 5 and (np.diff(points[:, 0]) > 0).all() and (np.diff(points[:, 1]) < 0).all()
     again = search.run(source, study, published, search.Store(tmp_path / "jobs"), lambda: None)
     assert again == result and store.done == 6
+    names, far = ["swept", "peak_acceleration"], (0.1, 40.0)
+    few = replace(result, front=result.front[:2], turns=7)
+    rival = [np.array([0.001, 1.0]) + points[:1], np.array([0.002, 1.0]) + points[:1], np.empty((0, 2))]
+    found = SimpleNamespace(fronts=[result, few], rivals={"NSGA-II": rival}, rival_turns=90)
+    mine, other = report.volumes(found, names, far)
+    whole, part = (search.hypervolume(p * [1e3, 1.0], (100.0, 40.0)) for p in (points, points[:2]))
+    assert mine[1:4] == (f"{part:.0f}", f"{(whole + part) / 2:.0f}", f"{whole:.0f}, {part:.0f}") and part < whole
+    assert other[1] == "0" and other[3].endswith(", 0") and mine[4] == f"{result.turns}, 7" and other[4] == "90 each"
 
 
 def test_hypervolume():
