@@ -189,7 +189,9 @@ def put_through(fmu: Subject, result: Result, before: list[Result]) -> None:
         for other in lacking:
             if other.unjudged:
                 raise NotJudged(other.unjudged)
-            raise Consequence(f"needs {other.check.name} to pass" if other.problems else other.skipped)
+            if other.problems:
+                raise Consequence(f"needs {other.check.name} to pass")
+            raise Consequence(other.skipped) if other.is_consequence else NotApplicable(other.skipped)
         if check.of_interface and result.kind not in (CO_SIMULATION, MODEL_EXCHANGE):
             require_kind(fmu, result.kind)
         fmu.be_on_time()

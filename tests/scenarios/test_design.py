@@ -335,7 +335,7 @@ def test_the_report(read, tmp_path, capsys, fmu_files):
 def test_a_design_has_the_same_figures_in_cycle_row_sweep_and_study(tmp_path, source, fmu_file):
     """Those of the linkage on level ground; the row's own holes, in its wavy ridge, are others."""
     whole = source.nominal | {"L1": 0.0485, "L4": 0.0187, "theta3": 0.47}
-    variants.write_ssv(tmp_path / "design.ssv", "design", whole)
+    variants.write_ssv(tmp_path / "design.ssv", "design", whole, Operation())
     design = variants.read_ssv(tmp_path / "design.ssv")
     depth = source.published_depth()
     study = Turn(source.set(design.geometry(source.nominal)), Operation(depth=depth)).measure()
