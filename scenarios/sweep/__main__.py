@@ -292,7 +292,7 @@ def sweep(
         finish(future, is_guilty=False)
         queue.update(list(parcels(1)))
     # A process ended through this run, through another one that was in its parcel or waited there, or through the
-    # machine: once more, alone, and what ends it then once more again.
+    # machine, which may be too busy for any limit: once more, alone, and what ends it then once more again.
     attempts = 2
     for attempt in range(1, attempts + 1):
         again, suspects[:] = tuple(suspects), ()
@@ -301,7 +301,7 @@ def sweep(
             future = start([point])
             wait(future)
             seconds = time.monotonic() - begin
-            finish(future, attempt == attempts or seconds >= limit, seconds)
+            finish(future, attempt == attempts, seconds)
 
 
 def _emptied(points: deque[Point]) -> Iterator[Point]:

@@ -267,12 +267,12 @@ def test_a_run_that_ends_its_process_is_a_row_and_not_the_end(run_scene: Run, tm
 
 def test_a_run_that_does_not_end_costs_its_row_alone(run_scene: Run, tmp_path: Path) -> None:
     process = run_scene(
-        "sweep", "--output", tmp_path, "--workers", 1, "--grid", 3, "--limit", 2,
+        "sweep", "--output", tmp_path, "--workers", 1, "--grid", 3, "--limit", 5,
         "--scene", f"{HERE}:sometimes_endless", "--parameter", "geometry.L1=0.045:0.055",
     )  # fmt: skip
     assert process.returncode == 0, process.stderr
     small, middle, large = rows(tmp_path)
-    assert (middle["status"], middle["message"]) == ("failed", "no end within 2 s: its process was ended")
+    assert (middle["status"], middle["message"]) == ("failed", "no end within 5 s: its process was ended")
     assert [(row["status"], row["value"]) for row in (small, large)] == [("done", 0.045), ("done", 0.055)]
 
 
