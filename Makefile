@@ -26,7 +26,7 @@ run: build   ## build the FMUs, run the published planting cycle and plant a fie
 cycle: build   ## build the FMUs and run the published planting cycle alone (25 s)
 	$(BIN)/python -m scenarios.paper_cycle
 
-test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all processors (half an hour on two)
+test: $(VENV)/ready-test build   ## build the FMUs and run every test, on all processors (25 min on two)
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 check: lint $(VENV)/ready-test build   ## lint, and the tests of the rooms that differ from main: before a commit
