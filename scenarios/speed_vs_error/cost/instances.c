@@ -10,8 +10,7 @@
 #define _GNU_SOURCE /* clock_gettime */
 #include "component/interface.h"
 #include "scenarios/common/loader.h"
-
-#include <time.h>
+#include "scenarios/speed_vs_error/cost/clock.h"
 
 enum { MOST_COUNTS = 16, STEPS = 10000 /* a round, at least */ };
 static const double H = 1e-3, SPEED = 6.8067840827778845; /* s; rad/s: one turn in 0.923 s */
@@ -48,12 +47,6 @@ static void create(Row *row, const char *guid) {
 }
 
 static volatile double sink;
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
 
 /* Nanoseconds of a step. */
 static double measure(Row *row) {

@@ -9,12 +9,12 @@
 #include "component/interface.h"
 #include "linkage/linkage.h"
 #include "scenarios/common/loader.h"
+#include "scenarios/speed_vs_error/cost/clock.h"
 
 #include "fmi3Functions.h"
 
 #include <math.h>
 #include <stdbool.h>
-#include <time.h>
 
 enum { STEPS = 2000 };
 static const double H = 1e-3, SPEED = 6.8067840827778845; /* one turn in 0.923 s */
@@ -32,12 +32,6 @@ static Fmu fmu;
 static fmi2Component instance;
 
 static volatile double sink;
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
 
 /* ---- what is measured ---- */
 

@@ -18,9 +18,9 @@
  * sincos, then of a step of each use. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "scenarios/common/loader.h"
+#include "scenarios/speed_vs_error/cost/clock.h"
 
 #include <math.h>
-#include <time.h>
 
 enum { STEPS = 1000, USES = 32, LENGTH = 32 };
 static const double H = 1e-3; /* s */
@@ -46,12 +46,6 @@ static fmi2ResetTYPE *reset;
 static fmi2Component instance;
 
 static volatile double sink;
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
 
 static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                    fmi2String category, fmi2String message, ...) {
