@@ -8,7 +8,6 @@ reads as numbers.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from scenarios.speed_vs_error.solving.peers import (
     adopt_generated,
     closed_loops,
     dyad_in_numba,
+    ways_of_numba,
 )
 from scenarios.speed_vs_error.solving.way import GEOMETRY, PEER, SPEED, Way
 
@@ -127,7 +127,7 @@ def numba_ways() -> list[Way]:
     swung_x, swung_y = (oa[0] * oa[k] + cd[0] * cd[k] for k in (1, 2))
     half, force_x, force_y, gravity, acceleration = SPEED**2 / 2, *FORCE, GRAVITY, ACCELERATION
 
-    def build(fastmath: bool) -> tuple[Callable, Callable]:
+    def build(_order: int, fastmath: bool) -> tuple[Callable, Callable]:
         compiled = numba.njit(inline="always", fastmath=fastmath)
         joint, first_rates, second_rates = dyad_in_numba(compiled)
 
@@ -186,24 +186,6 @@ def numba_ways() -> list[Way]:
 
         return answer, add_up
 
-    def way(key: str, title: str, remark: str, fastmath: bool) -> Way:
-        answer, add_up = build(fastmath)
-
-        def evaluate(angles: np.ndarray, order: int) -> np.ndarray:
-            out = np.empty((len(angles), TORQUES.width(order)))
-            answer(angles, out)
-            return out
-
-        def take_time(angles: np.ndarray, _order: int) -> float:
-            begin = time.thread_time_ns()
-            add_up(angles)
-            return (time.thread_time_ns() - begin) / len(angles)
-
-        take_time(np.zeros(3), ORDER)  # compiles
-        return Way(key, title, PEER, evaluate, take_time, remark)
-
-    name = f"numba {numba.__version__}"
-    return [
-        way("numba", name, "rates and bends of the dyads written out, a compiled loop over all angles", False),
-        way("numba_fast", f"{name}, fastmath", "the same with fastmath; compiled for this very processor", True),
-    ]
+    return ways_of_numba(
+        build, "rates and bends of the dyads written out, a compiled loop over all angles", (ORDER,), TORQUES
+    )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import ctypes
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.speed_vs_error.solving.in_c import Library
-from scenarios.speed_vs_error.solving.way import GEOMETRY, ORDERS, PEER, SPEED, Way
+from scenarios.speed_vs_error.solving.way import GEOMETRY, MOTION, ORDERS, PEER, SPEED, Question, Way
 from scenarios.speed_vs_error.yardstick import compile_library, host_platform, twin
 
 _G = SimpleNamespace(**GEOMETRY)
@@ -255,28 +255,7 @@ def numba_ways() -> list[Way]:
 
         return answer, add_up
 
-    def way(key: str, title: str, remark: str, fastmath: bool) -> Way:
-        built = [build(order, fastmath) for order in ORDERS]
-
-        def evaluate(angles: np.ndarray, order: int) -> np.ndarray:
-            out = np.empty((len(angles), 2 * (order + 1)))
-            built[order][0](angles, out)
-            return out
-
-        def take_time(angles: np.ndarray, order: int) -> float:
-            begin = time.thread_time_ns()
-            built[order][1](angles)
-            return (time.thread_time_ns() - begin) / len(angles)
-
-        for order in ORDERS:
-            take_time(np.zeros(3), order)  # compiles
-        return Way(key, title, PEER, evaluate, take_time, remark)
-
-    name = f"numba {numba.__version__}"
-    return [
-        way("numba", name, "the twin's equations, a compiled loop over all angles", False),
-        way("numba_fast", f"{name}, fastmath", "the same with fastmath; compiled for this very processor", True),
-    ]
+    return ways_of_numba(build, "the twin's equations, a compiled loop over all angles")
 
 
 # ---- pylinkage -------------------------------------------------------------------------
@@ -541,4 +520,39 @@ def mujoco_ways() -> list[Way]:
             evaluate,
             remark="loops closed by connect constraints, a step a call; soft constraints are its nature",
         )
+    ]
+
+
+def ways_of_numba(
+    build: Callable[[int, bool], tuple[Callable[..., Any], Callable[..., Any]]],
+    remark: str,
+    orders: Sequence[int] = ORDERS,
+    question: Question = MOTION,
+) -> list[Way]:
+    """Without and with fastmath. ``build``: of an order, and whether with fastmath, the compiled loops that write the
+    answers at all angles, and that add them up.
+    """
+    import numba
+
+    def way(key: str, title: str, remark: str, fastmath: bool) -> Way:
+        built = {order: build(order, fastmath) for order in orders}
+
+        def evaluate(angles: np.ndarray, order: int) -> np.ndarray:
+            out = np.empty((len(angles), question.width(order)))
+            built[order][0](angles, out)
+            return out
+
+        def take_time(angles: np.ndarray, order: int) -> float:
+            begin = time.thread_time_ns()
+            built[order][1](angles)
+            return (time.thread_time_ns() - begin) / len(angles)
+
+        for order in orders:
+            take_time(np.zeros(3), order)  # compiles
+        return Way(key, title, PEER, evaluate, take_time, remark)
+
+    name = f"numba {numba.__version__}"
+    return [
+        way("numba", name, remark, False),
+        way("numba_fast", f"{name}, fastmath", "the same with fastmath; compiled for this very processor", True),
     ]
